@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+# Every find_package of the project, in one place. Debian's OMPL, Bullet, urdfdom and xxhash give only
+# variables or pkg-config files; here they become imported targets once.
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(fcl REQUIRED)
+find_package(orocos_kdl REQUIRED)
+find_package(assimp REQUIRED)
+find_package(tinyxml2 REQUIRED)
+pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
+add_library(handover::xxhash ALIAS PkgConfig::xxhash)
+
+# Bullet: the float64 build only. The default one is single precision and misses true contacts.
+pkg_check_modules(bullet_float64 REQUIRED bullet-float64)
+add_library(handover_bullet INTERFACE)
+add_library(handover::bullet ALIAS handover_bullet)
+target_compile_definitions(handover_bullet INTERFACE BT_USE_DOUBLE_PRECISION)
+target_include_directories(handover_bullet SYSTEM INTERFACE ${bullet_float64_INCLUDE_DIRS})
+target_link_libraries(handover_bullet INTERFACE BulletCollision-float64 LinearMath-float64)
+
+find_package(ompl REQUIRED)
+add_library(handover_ompl INTERFACE)
+add_library(handover::ompl ALIAS handover_ompl)
+target_include_directories(handover_ompl SYSTEM INTERFACE ${OMPL_INCLUDE_DIRS})
+target_link_libraries(handover_ompl INTERFACE ${OMPL_LIBRARIES})
+
+pkg_check_modules(urdfdom REQUIRED IMPORTED_TARGET urdfdom)
+pkg_check_modules(console_bridge REQUIRED IMPORTED_TARGET console_bridge)
+add_library(handover_urdfdom INTERFACE)
+add_library(handover::urdfdom ALIAS handover_urdfdom)
+target_link_libraries(handover_urdfdom INTERFACE PkgConfig::urdfdom PkgConfig::console_bridge)
+
+if(HANDOVER_BUILD_DAEMON)
+  find_package(fastcdr REQUIRED)
+  find_package(fastrtps 2.9 REQUIRED)
+  find_package(yaml-cpp REQUIRED)
+  find_program(FASTDDSGEN fastddsgen)
+  if(NOT FASTDDSGEN)
+    message(FATAL_ERROR "fastddsgen not found: install the Debian package fastddsgen")
+  endif()
+endif()
+if(HANDOVER_BUILD_TESTS)
+  find_package(GTest REQUIRED)
+  find_package(rapidcheck REQUIRED)
+endif()

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+# How the project's targets are made, and imported targets for packages that only give variables.
+
+# Flags shared by every target of ours: strict floating point, so that plans repeat to the byte.
+add_library(handover_flags INTERFACE)
+target_compile_features(handover_flags INTERFACE cxx_std_20)
+target_compile_options(handover_flags INTERFACE -ffp-contract=off)
+if(HANDOVER_SANITIZE)
+  target_compile_options(handover_flags INTERFACE -fsanitize=${HANDOVER_SANITIZE}
+                                                  -fno-omit-frame-pointer)
+  target_link_options(handover_flags INTERFACE -fsanitize=${HANDOVER_SANITIZE})
+endif()
+
+add_library(handover_warnings INTERFACE)
+target_compile_options(handover_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+                                                   -Woverloaded-virtual -Wcast-qual)
+if(HANDOVER_WARNINGS_AS_ERRORS)
+  target_compile_options(handover_warnings INTERFACE -Werror)
+endif()
+
+# handover_library(<name> SOURCES <files> [PUBLIC <targets>] [PRIVATE <targets>])
+# A static library handover_<name> with alias handover::<name>. Includes are written from server/
+# ("core/model/robot_model.hpp"), from common/ ("wire/participant.hpp") or from include/.
+function(handover_library name)
+  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(handover_${name} STATIC ${arg_SOURCES})
+  add_library(handover::${name} ALIAS handover_${name})
+  set_target_properties(handover_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+  target_link_libraries(
+    handover_${name}
+    PUBLIC ${arg_PUBLIC} $<BUILD_INTERFACE:handover_flags>
+    PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:handover_warnings>)
+endfunction()
+
+# handover_program(<name> SOURCES <files> [DEPS <targets>]): an executable in build/bin.
+function(handover_program name)
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPS" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+  target_link_libraries(${name} PRIVATE ${arg_DEPS} handover_flags handover_warnings)
+endfunction()
+
+# handover_test(<name> SOURCES <files> [DEPS <targets>] [LABELS <labels>] [TIMEOUT <s>])
+# A GoogleTest program; one ctest entry per program. Labels: unit (default), property, oracle, system,
+# install, long (only in `./run test --long`).
+function(handover_test name)
+  if(NOT HANDOVER_BUILD_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(arg "" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
+  if(NOT arg_LABELS)
+    set(arg_LABELS unit)
+  endif()
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 300)
+  endif()
+  add_executable(${name} ${arg_SOURCES})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  target_link_libraries(${name} PRIVATE ${arg_DEPS} GTest::gmock GTest::gtest_main handover_flags
+                                        handover_warnings)
+  target_compile_definitions(${name} PRIVATE HANDOVER_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
+                                             HANDOVER_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  add_test(NAME ${name} COMMAND ${name})
+  set_tests_properties(${name} PROPERTIES LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT})
+endfunction()

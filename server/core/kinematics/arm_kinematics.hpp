@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kinematics of one serial arm, alone: frame A is the arm's base link, T its tool link.
+#pragma once
+
+#include "core/model/robot_model.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace handover {
+
+using ArmJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 8>;
+
+/// How an IK call searches: swivel samples for redundant closed-form arms.
+struct IkQuery {
+  int swivel_samples = 32;       ///< evenly over the circle, starting at `swivel_offset`
+  double swivel_offset = 0;      ///< [rad]
+  bool all_windings = false;     ///< every 2 pi copy within limits, else only the nearest to `q_near`
+  ArmVector q_near;              ///< preferred configuration; empty: middle of the limits
+};
+
+/// Why IK candidates fell: for the funnel's reject counts.
+struct IkCounts {
+  std::uint32_t no_ik = 0;       ///< geometry cannot reach
+  std::uint32_t limits = 0;      ///< reached outside the joint limits
+  std::uint32_t solutions = 0;
+};
+
+/// Immutable; safe from any thread.
+class ArmKinematics {
+ public:
+  /// @throws std::invalid_argument when the arm has more than 8 joints or is not serial.
+  ArmKinematics(const RobotModel& model, int arm);
+  ~ArmKinematics();
+  ArmKinematics(ArmKinematics&&) noexcept;
+  ArmKinematics& operator=(ArmKinematics&&) noexcept;
+
+  int dofs() const;
+  const ArmVector& lower() const;
+  const ArmVector& upper() const;
+  const ArmVector& velocity() const;
+  const ArmVector& acceleration() const;
+
+  /// X_AT at q (FK of the model itself).
+  Pose toolPose(const ArmVector& q) const;
+  /// Geometric Jacobian of T in A: rows are linear (m), then angular (rad).
+  ArmJacobian jacobian(const ArmVector& q) const;
+  /// Yoshikawa's sqrt(det(J J^T)), unscaled, m and rad ([paper] §IV-A).
+  double manipulability(const ArmVector& q) const;
+  /// Where the first three axes meet (or the settings' override), in A [m]: the paper's shoulder.
+  Eigen::Vector3d shoulder() const;
+  /// True when the closed form for spherical-revolute-spherical arms applies.
+  bool closedForm() const;
+  bool withinLimits(const ArmVector& q, double tolerance = 1e-9) const;
+
+  /// All configurations within limits that reach X_AT (to 1e-9 in position and rotation for the closed
+  /// form), appended to `out` in an order that depends on the arguments alone: swivel by swivel
+  /// (the order of design §7), branch by branch.
+  IkCounts solve(const Pose& X_AT, const IkQuery& query, std::vector<ArmVector>& out) const;
+
+  /// The one configuration that continues `q_near` to X_AT on the same branch with the least joint
+  /// motion, for straight-line segments; false if none lies within `max_step` [rad] per joint.
+  bool follow(const Pose& X_AT, const ArmVector& q_near, double max_step, ArmVector& q) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<const Data> data_;
+};
+
+}  // namespace handover

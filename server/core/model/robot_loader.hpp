@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// URDF + SRDF + our own per-robot settings -> RobotModel. Every fault is collected with file and line.
+#pragma once
+
+#include "core/model/robot_model.hpp"
+
+#include <handover/common/result.hpp>
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace handover {
+
+/// A fault in an input file: `file:line: message`; line 0 when unknown.
+struct FileFault {
+  std::string file;
+  int line = 0;
+  std::string message;
+  std::string text() const;
+};
+
+/// Everything wrong with some input files at once.
+class FileError : public std::runtime_error {
+ public:
+  explicit FileError(std::vector<FileFault> faults);
+  const std::vector<FileFault>& faults() const { return faults_; }
+
+ private:
+  std::vector<FileFault> faults_;
+};
+
+struct ArmSettings {
+  std::string name, group, tool_link, hand;
+  Eigen::Vector3d approach_axis = Eigen::Vector3d::UnitZ();
+  std::optional<Eigen::Vector3d> p_AShoulder;
+  double acceleration = 1.0;                     ///< [rad/s^2], each joint of the arm
+};
+
+struct HandSettings {
+  std::string name, palm_link;
+  std::vector<std::vector<std::string>> fingers; ///< joint names, palm outwards, one list per finger
+  std::vector<std::string> finger_links;
+  std::map<std::string, double> open, closed;    ///< per joint [rad]
+  double acceleration = 5.0;
+};
+
+/// The robot's yaml file as values (read by settings/).
+struct RobotSettings {
+  std::string name;
+  std::filesystem::path root;                    ///< what relative PATHs and package:// stand on
+  std::string urdf, srdf;                        ///< relative to root
+  std::vector<ArmSettings> arms;
+  std::vector<HandSettings> hands;
+  std::string settings_file;                     ///< for messages
+};
+
+/// Loads and checks a robot. @throws FileError listing every fault found.
+RobotModel loadRobot(const RobotSettings& settings);
+
+}  // namespace handover

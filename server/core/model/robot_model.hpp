@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// A robot as fixed arrays in topological order: immutable after loading and shared by all workers.
+#pragma once
+
+#include "core/model/shape.hpp"
+
+#include <handover/common/pose.hpp>
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace handover {
+
+/// Joint positions of a robot: one entry per independent non-fixed joint (mimic joints have none),
+/// in the model's order [rad or m].
+using RobotVector = Eigen::VectorXd;
+
+/// Joint positions of one arm, base to tool; at most 8 joints, no heap.
+using ArmVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 8, 1>;
+
+enum class JointType { kFixed, kRevolute, kPrismatic };
+
+struct Joint {
+  std::string name;
+  JointType type = JointType::kFixed;
+  int parent_link = -1, child_link = -1;
+  Pose X_PJ = Pose::Identity();                    ///< of the joint frame in the parent link, at q = 0
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ(); ///< unit, in the joint frame
+  double lower = 0, upper = 0;                     ///< continuous joints: -pi, pi
+  double velocity = 0, acceleration = 0;
+  int dof = -1;                                    ///< index in RobotVector; of the master for a mimic joint
+  bool mimic = false;                              ///< position = multiplier * q[dof] + offset
+  double mimic_multiplier = 1, mimic_offset = 0;
+};
+
+struct Link {
+  std::string name;
+  int parent_joint = -1;                           ///< -1 for the root
+  std::vector<Shape> collision;
+};
+
+/// A hand: its finger joints, and where they start to close and to where they may.
+struct Hand {
+  std::string name;
+  int palm_link = -1;
+  std::vector<int> finger_links;                   ///< links that may count as finger contacts
+  std::vector<int> dofs;                           ///< independent finger joints, in model order
+  /// Per finger, its dofs from the palm outwards: the order in which they are closed until contact.
+  std::vector<std::vector<int>> fingers;
+  Eigen::VectorXd open, closed;                    ///< per dofs entry [rad]
+  std::vector<int> links;                          ///< palm, fingers and everything fixed to them
+};
+
+struct Arm {
+  std::string name;
+  int base_link = -1;                              ///< parent link of the first joint: frame A
+  int tool_link = -1;                              ///< frame T
+  std::vector<int> dofs;                           ///< base to tool
+  std::vector<int> joints;                         ///< the same as joint indices
+  Eigen::Vector3d approach_axis = Eigen::Vector3d::UnitZ();  ///< unit, in T, towards the object
+  std::optional<Eigen::Vector3d> p_AShoulder;      ///< override of the first three axes' meeting point
+  int hand = -1;                                   ///< index in hands
+};
+
+struct RobotModel {
+  std::string name;
+  std::string urdf_path, srdf_path;                ///< as given to the loader, relative to the root
+  std::string urdf_sha256;
+  std::vector<Link> links;                         ///< links[0] is the root; parents come first
+  std::vector<Joint> joints;                       ///< joints[i].child_link rises with i
+  std::vector<int> dof_joints;                     ///< dof -> joint index
+  std::vector<Arm> arms;
+  std::vector<Hand> hands;
+  std::map<std::string, RobotVector> named_states; ///< SRDF group states, others at 0 within limits
+  /// SRDF disable_collisions: link pair (lower index first) -> reason.
+  std::map<std::pair<int, int>, std::string> disabled_pairs;
+
+  int dofs() const { return static_cast<int>(dof_joints.size()); }
+  /// Index of a name, or -1.
+  int findLink(std::string_view link) const;
+  int findJoint(std::string_view joint) const;
+  int findArm(std::string_view arm) const;
+  int findHand(std::string_view hand) const;
+  /// Position of a joint (mimic ones follow their law; 0 for fixed ones).
+  double jointPosition(int joint, const RobotVector& q) const;
+  /// Links that move when any of these dofs moves, ascending.
+  std::vector<int> linksMovedBy(const std::vector<int>& dofs) const;
+  /// True if a joint (or a chain of fixed joints) joins the links directly: never tested for contact.
+  bool adjacent(int link_a, int link_b) const;
+};
+
+/// X_RL of every link seen from `X_WB` (the root link's pose): fills `X_WL`, size = links.size().
+/// @pre q.size() == model.dofs().
+void linkPoses(const RobotModel& model, const Pose& X_WB, const RobotVector& q,
+               std::vector<Pose>& X_WL);
+
+}  // namespace handover

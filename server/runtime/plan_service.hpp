@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the daemon's workers call for a request: the seam between requests and the planning core.
+#pragma once
+
+#include "core/handover/planner.hpp"
+
+#include <handover/common/deadline.hpp>
+#include <handover/common/plan.hpp>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace handover {
+
+struct CellInfo {
+  std::string name;
+  std::vector<std::string> tasks;
+  std::uint64_t revision = 0;
+  bool operator==(const CellInfo&) const = default;
+};
+
+/// Implementations are safe from any worker thread.
+class PlanService {
+ public:
+  virtual ~PlanService() = default;
+
+  /// Cells served, in a fixed order; available before prepare() has ended.
+  virtual std::vector<CellInfo> cells() const = 0;
+
+  /// Builds what is missing (maps, grasp sets). Called once, before the first plan(); stops early when
+  /// the deadline is cancelled. @throws std::exception with the reason when it cannot.
+  virtual void prepare(const Deadline& deadline) = 0;
+
+  /// Answers a request whose fields were validated and whose cell is one of cells(): checks names, task,
+  /// overrides and the expected revision (Rejected with every fault), plans, emits stages to the sink
+  /// and returns the outcome without emitting it.
+  virtual Outcome plan(const PlanRequest& request, StageSink& sink, const Deadline& deadline) = 0;
+};
+
+}  // namespace handover
