@@ -14,23 +14,29 @@ using ArmJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 8>;
 
 /// How an IK call searches: swivel samples for redundant closed-form arms.
 struct IkQuery {
-  int swivel_samples = 32;       ///< evenly over the circle, starting at `swivel_offset`
-  double swivel_offset = 0;      ///< [rad]
-  bool all_windings = false;     ///< every 2 pi copy within limits, else only the nearest to `q_near`
-  ArmVector q_near;              ///< preferred configuration; empty: middle of the limits
+  int swivel_samples = 32;    ///< evenly over the circle, starting at `swivel_offset`
+  double swivel_offset = 0;   ///< [rad]
+  bool all_windings = false;  ///< every 2 pi copy within limits, else only the nearest to `q_near`
+  ArmVector q_near;           ///< preferred configuration; empty: middle of the limits
 };
 
 /// Why IK candidates fell: for the funnel's reject counts.
 struct IkCounts {
-  std::uint32_t no_ik = 0;       ///< geometry cannot reach
-  std::uint32_t limits = 0;      ///< reached outside the joint limits
+  std::uint32_t no_ik = 0;   ///< geometry cannot reach
+  std::uint32_t limits = 0;  ///< reached outside the joint limits
   std::uint32_t solutions = 0;
 };
 
-/// Immutable; safe from any thread.
+/// Yoshikawa's sqrt(det(J J^T)), unscaled, m and rad ([paper] §IV-A): the product of J's singular
+/// values. With fewer than six joints that of the joints' space, sqrt(det(J^T J)).
+double manipulability(const ArmJacobian& J);
+
+/// Immutable; safe from any thread. Joint vectors of another size than dofs() throw
+/// std::invalid_argument.
 class ArmKinematics {
  public:
-  /// @throws std::invalid_argument when the arm has more than 8 joints or is not serial.
+  /// @throws std::invalid_argument when the arm has more than 8 joints, is not serial, has mimic
+  /// joints or limits that are not finite.
   ArmKinematics(const RobotModel& model, int arm);
   ~ArmKinematics();
   ArmKinematics(ArmKinematics&&) noexcept;
@@ -44,23 +50,30 @@ class ArmKinematics {
 
   /// X_AT at q (FK of the model itself).
   Pose toolPose(const ArmVector& q) const;
+  /// The same with its Jacobian, at little more than the price of one.
+  Pose toolPose(const ArmVector& q, ArmJacobian& J) const;
   /// Geometric Jacobian of T in A: rows are linear (m), then angular (rad).
   ArmJacobian jacobian(const ArmVector& q) const;
-  /// Yoshikawa's sqrt(det(J J^T)), unscaled, m and rad ([paper] §IV-A).
+  /// handover::manipulability of the Jacobian at q.
   double manipulability(const ArmVector& q) const;
+  /// No configuration within limits puts T farther than this from A's origin [m].
+  double reach() const;
   /// Where the first three axes meet (or the settings' override), in A [m]: the paper's shoulder.
   Eigen::Vector3d shoulder() const;
   /// True when the closed form for spherical-revolute-spherical arms applies.
   bool closedForm() const;
   bool withinLimits(const ArmVector& q, double tolerance = 1e-9) const;
 
-  /// All configurations within limits that reach X_AT (to 1e-9 in position and rotation for the closed
-  /// form), appended to `out` in an order that depends on the arguments alone: swivel by swivel
-  /// (the order of design §7), branch by branch.
+  /// Configurations within limits that reach X_AT to 1e-9 in position [m] and rotation [rad],
+  /// appended to `out` in an order that depends on the arguments alone. Closed form: every branch
+  /// of every swivel angle; the angles in an order of which each beginning is spread evenly. Other
+  /// chains: least squares from q_near and then from swivel_samples - 1 fixed random starts, each
+  /// configuration once. A pose that is not finite has no solution.
   IkCounts solve(const Pose& X_AT, const IkQuery& query, std::vector<ArmVector>& out) const;
 
-  /// The one configuration that continues `q_near` to X_AT on the same branch with the least joint
-  /// motion, for straight-line segments; false if none lies within `max_step` [rad] per joint.
+  /// The one configuration that continues `q_near` to X_AT (to 1e-9) on the same branch with the
+  /// least joint motion, for straight-line segments; false, q untouched, if it needs more than
+  /// `max_step` [rad or m] of a joint or leaves the limits.
   bool follow(const Pose& X_AT, const ArmVector& q_near, double max_step, ArmVector& q) const;
 
  private:

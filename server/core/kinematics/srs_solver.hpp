@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// The closed form for arms of seven revolute joints whose first three axes meet in a point S and
+// whose last three meet in a point W. The elbow axis may pass beside S-E and E-W (Hubo: 30 mm), and
+// the three axes of shoulder and wrist may lie in any order and at any angle to their neighbours
+// but parallel.
+//
+// With the joints as rotations about their axes at q = 0 (product of exponentials), the tool pose
+// asks for G = X_AT X_AT(0)^-1 = R1 R2 R3 R4 R5 R6 R7. The wrist point W goes to G W. Joint 4 alone
+// sets |S W|; the shoulder's rotation turns the bent arm onto the line from S to G W and leaves the
+// swivel angle about that line free; the wrist makes up the rest of the rotation.
+#pragma once
+
+#include "core/kinematics/chain.hpp"
+
+#include <optional>
+
+namespace handover::kinematics {
+
+/// Three axes through one point, solved for a wanted rotation R = Rot(a, q1) Rot(b, q2) Rot(c, q3).
+class ThreeAxes {
+ public:
+  ThreeAxes(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
+
+  struct Answer {
+    double q1, q2, q3;
+  };
+
+  /// @param R_c, R_side  where R takes c and side(). q1_free: taken for q1 where only q1 +- q3
+  /// matters.
+  /// @return number of answers, 0 to 2.
+  int solve(const Eigen::Vector3d& R_c, const Eigen::Vector3d& R_side, double q1_free,
+            std::array<Answer, 2>& answers) const;
+
+  const Eigen::Vector3d& c() const { return c_; }
+
+  /// A unit vector across c.
+  const Eigen::Vector3d& side() const { return side_; }
+
+  /// False when two neighbouring axes are nearly parallel.
+  bool usable() const { return amplitude_ > 0.1; }
+
+ private:
+  Eigen::Vector3d a_, b_, c_, side_, c_cross_side_;
+  Eigen::Vector3d c_along_b_, c_across_b_, b_cross_c_;
+  double offset_, amplitude_, cos_phase_, sin_phase_, phase_;
+  bool right_angles_;
+};
+
+class SrsSolver {
+ public:
+  /// nullopt when the chain's axes do not lie as the closed form needs.
+  static std::optional<SrsSolver> find(const Chain& chain);
+
+  /// As ArmKinematics::solve.
+  IkCounts solve(const Chain& chain, const Pose& X_AT, const IkQuery& query,
+                 const ArmVector& q_near, std::vector<ArmVector>& out) const;
+
+ private:
+  SrsSolver(const ThreeAxes& shoulder, const ThreeAxes& wrist)
+      : shoulder_(shoulder), wrist_(wrist) {}
+
+  /// One elbow angle and what follows from it alone.
+  struct Elbow;
+  struct Call;
+  struct Swivel;
+  void addBranches(const Elbow& elbow, const Swivel& swivel, const Call& call) const;
+  int elbows(double squared_distance, std::array<Elbow, 2>& elbows) const;
+
+  ThreeAxes shoulder_, wrist_;
+  Eigen::Vector3d S_, W_;                  ///< at q = 0, in A
+  Eigen::Vector3d u4_;                     ///< elbow axis
+  Eigen::Vector3d S_to_axis_, axis_to_W_;  ///< by way of a point on the elbow axis
+  Eigen::Vector3d u1_;                     ///< first axis
+  double elbow_offset_ = 0, elbow_amplitude_ = 0, elbow_phase_ = 0;
+  Pose X_TA_home_;       ///< inverse of X_AT(0)
+  double mismatch_ = 0;  ///< by how much axes miss S or W [m]
+};
+
+/// The point nearest to the lines and the largest distance of one of them from it; nullopt if
+/// parallel.
+struct Meeting {
+  Eigen::Vector3d point;
+  double distance;
+};
+
+std::optional<Meeting> meetingPoint(const Chain::Axis* axes, int count);
+
+}  // namespace handover::kinematics
