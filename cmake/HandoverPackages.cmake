@@ -10,6 +10,7 @@ find_package(fcl REQUIRED)
 find_package(orocos_kdl REQUIRED)
 find_package(assimp REQUIRED)
 find_package(tinyxml2 REQUIRED)
+find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
 add_library(handover::xxhash ALIAS PkgConfig::xxhash)
 

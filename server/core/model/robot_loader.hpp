@@ -54,6 +54,8 @@ struct RobotSettings {
   std::vector<ArmSettings> arms;
   std::vector<HandSettings> hands;
   std::string settings_file;                     ///< for messages
+  /// Lines of the settings file by key path ("arms.left.tool_link"), for messages; may be empty.
+  std::map<std::string, int> lines;
 };
 
 /// Loads and checks a robot. @throws FileError listing every fault found.

@@ -33,10 +33,13 @@ struct Joint {
   int parent_link = -1, child_link = -1;
   Pose X_PJ = Pose::Identity();                    ///< of the joint frame in the parent link, at q = 0
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ(); ///< unit, in the joint frame
-  double lower = 0, upper = 0;                     ///< continuous joints: -pi, pi
+  /// Continuous joints: -pi, pi. A master's limits (and speed) are narrowed to those that keep its
+  /// mimic joints within theirs.
+  double lower = 0, upper = 0;
   double velocity = 0, acceleration = 0;
   int dof = -1;                                    ///< index in RobotVector; of the master for a mimic joint
-  bool mimic = false;                              ///< position = multiplier * q[dof] + offset
+  bool mimic = false;                              ///< position = multiplier * q[dof] + offset; a
+                                                   ///< mimic of a mimic is resolved to the master
   double mimic_multiplier = 1, mimic_offset = 0;
 };
 
@@ -73,6 +76,7 @@ struct RobotModel {
   std::string name;
   std::string urdf_path, srdf_path;                ///< as given to the loader, relative to the root
   std::string urdf_sha256;
+  std::string content_hash;                        ///< of everything here but the paths, see modelHash()
   std::vector<Link> links;                         ///< links[0] is the root; parents come first
   std::vector<Joint> joints;                       ///< joints[i].child_link rises with i
   std::vector<int> dof_joints;                     ///< dof -> joint index
@@ -92,13 +96,23 @@ struct RobotModel {
   double jointPosition(int joint, const RobotVector& q) const;
   /// Links that move when any of these dofs moves, ascending.
   std::vector<int> linksMovedBy(const std::vector<int>& dofs) const;
-  /// True if a joint (or a chain of fixed joints) joins the links directly: never tested for contact.
+  /// True if the links are never tested for contact: they move as one (fixed joints between them), or
+  /// one movable joint joins the rigid groups that they belong to.
   bool adjacent(int link_a, int link_b) const;
 };
 
-/// X_RL of every link seen from `X_WB` (the root link's pose): fills `X_WL`, size = links.size().
+/// Poses of every link when the root link is at `X_WB`: fills `X_WL`, size = links.size(). No allocation
+/// when X_WL has the size already.
 /// @pre q.size() == model.dofs().
 void linkPoses(const RobotModel& model, const Pose& X_WB, const RobotVector& q,
                std::vector<Pose>& X_WL);
+
+/// The same for some links only, ascending (RobotModel::linksMovedBy): the others, filled before, stay.
+/// No allocation.
+void linkPosesOf(const RobotModel& model, const RobotVector& q, const std::vector<int>& links,
+                 std::vector<Pose>& X_WL);
+
+/// Hash (32 hex digits) of the model's content: structure, limits, shapes, arms, hands, named states.
+std::string modelHash(const RobotModel& model);
 
 }  // namespace handover

@@ -7,6 +7,7 @@
 #include <handover/common/geometry.hpp>
 #include <handover/common/plan.hpp>
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,6 +37,8 @@ struct SceneObject {
   Pose X_WO = Pose::Identity();                      ///< from the attachment when attached
   std::optional<Attachment> attached_to;
   std::vector<std::string> resting;                  ///< objects that it may touch at rest
+  /// Wanted numbers of grasps by robot and hand; no part of sceneHash().
+  std::map<std::string, std::map<std::string, int>> grasp_counts;
 };
 
 struct SceneTask {
@@ -57,11 +60,15 @@ struct Scene {
   int findObject(std::string_view object) const;
 };
 
-/// The scene as the wire and the plan file show it.
+/// The scene as a task starts: its object at X_WO_start. The same scene when it stands there already.
+std::shared_ptr<const Scene> startOf(const std::shared_ptr<const Scene>& scene,
+                                     const SceneTask& task);
+
+/// The scene as the wire and the plan file show it; the task's object is at X_WO_start.
 SceneSnapshot snapshot(const Scene& scene, const SceneTask& task, std::uint64_t seed);
 
 /// Hash (hex) over everything in the scene and the task that can change a plan: geometry, poses,
-/// postures, limits, model files. The revision is left out.
+/// postures, limits, model files. Left out: the revision, the names of cell and task, grasp counts.
 std::string sceneHash(const Scene& scene, const SceneTask& task);
 
 }  // namespace handover

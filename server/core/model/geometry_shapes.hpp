@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/model/shape.hpp"
+
+#include <handover/common/geometry.hpp>
+
+#include <filesystem>
+#include <vector>
+
+namespace handover {
+
+/// The convex shapes of a geometry, in the geometry's own frame. Mesh paths stand on `root`.
+/// @throws FileError when a mesh cannot be used.
+std::vector<Shape> shapesOf(const Geometry& geometry, const std::filesystem::path& root);
+
+}  // namespace handover

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/model/mesh_reader.hpp"
+
+#include "core/model/robot_loader.hpp"
+
+#include <assimp/Importer.hpp>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string>
+
+namespace handover {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kMaxBytes = 256u << 20;
+constexpr std::size_t kMaxParts = 4096;
+/// Of one part, after merging. A hull of more vertices is of no use to collision checking, and the
+/// test of every vertex against every face stays below a second.
+constexpr std::size_t kMaxPartVertices = 8192;
+constexpr double kMergeDistance = 1e-7;    // [m]
+constexpr double kConvexTolerance = 1e-4;  // [m], of bodies up to 1 m; relative to the size above
+/// Planes of thinner triangles than this are noise.
+constexpr double kMinTriangleHeight = 1e-5;  // [m]
+
+[[noreturn]] void refuse(const fs::path& file, const std::string& message) {
+  throw FileError({{file.string(), 0, message}});
+}
+
+Eigen::Matrix4d matrixOf(const aiMatrix4x4& m) {
+  Eigen::Matrix4d out;
+  out << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4, m.d1, m.d2, m.d3,
+      m.d4;
+  return out;
+}
+
+/// Gives equal indices to points that lie within kMergeDistance of each other, first come first
+/// kept.
+class VertexMerger {
+ public:
+  explicit VertexMerger(ConvexShape& shape) : shape_(shape) {}
+
+  int indexOf(const Eigen::Vector3d& p) {
+    const Cell cell = cellOf(p);
+    for (long dx = -1; dx <= 1; ++dx) {
+      for (long dy = -1; dy <= 1; ++dy) {
+        for (long dz = -1; dz <= 1; ++dz) {
+          const int known = lookUp({cell[0] + dx, cell[1] + dy, cell[2] + dz}, p);
+          if (known >= 0) return known;
+        }
+      }
+    }
+    const int fresh = static_cast<int>(shape_.vertices.size());
+    shape_.vertices.push_back(p);
+    cells_[cell].push_back(fresh);
+    return fresh;
+  }
+
+ private:
+  using Cell = std::array<long, 3>;
+
+  static Cell cellOf(const Eigen::Vector3d& p) {
+    return {std::lround(p.x() / kMergeDistance), std::lround(p.y() / kMergeDistance),
+            std::lround(p.z() / kMergeDistance)};
+  }
+
+  int lookUp(const Cell& cell, const Eigen::Vector3d& p) const {
+    const auto found = cells_.find(cell);
+    if (found == cells_.end()) return -1;
+    for (const int index : found->second) {
+      if ((shape_.vertices[static_cast<std::size_t>(index)] - p).norm() <= kMergeDistance) {
+        return index;
+      }
+    }
+    return -1;
+  }
+
+  ConvexShape& shape_;
+  std::map<Cell, std::vector<int>> cells_;
+};
+
+Eigen::Vector3d vertexAt(const ConvexShape& shape, int index) {
+  return shape.vertices[static_cast<std::size_t>(index)];
+}
+
+/// Six times the volume within the triangles; negative when they are inside out.
+double signedVolume(const ConvexShape& shape) {
+  const Eigen::Vector3d origin = shape.vertices.front();
+  double volume = 0;
+  for (const auto& t : shape.triangles) {
+    volume += (vertexAt(shape, t[0]) - origin)
+                  .dot((vertexAt(shape, t[1]) - origin).cross(vertexAt(shape, t[2]) - origin));
+  }
+  return volume;
+}
+
+double extentOf(const ConvexShape& shape) {
+  Eigen::Vector3d low = shape.vertices.front(), high = low;
+  for (const Eigen::Vector3d& v : shape.vertices) {
+    low = low.cwiseMin(v);
+    high = high.cwiseMax(v);
+  }
+  return (high - low).norm();
+}
+
+/// Every edge is used once in each direction: no hole, no third wing.
+bool isClosed(const ConvexShape& shape) {
+  std::set<std::pair<int, int>> edges;
+  for (const auto& t : shape.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (!edges.emplace(t[i], t[(i + 1) % 3]).second) return false;
+    }
+  }
+  return std::all_of(edges.begin(), edges.end(), [&edges](const auto& edge) {
+    return edges.contains({edge.second, edge.first});
+  });
+}
+
+/// How far the worst vertex stands out of the worst face's plane [m].
+double worstBulge(const ConvexShape& shape) {
+  double worst = 0;
+  for (const auto& t : shape.triangles) {
+    const Eigen::Vector3d a = vertexAt(shape, t[0]), b = vertexAt(shape, t[1]),
+                          c = vertexAt(shape, t[2]);
+    const Eigen::Vector3d area = (b - a).cross(c - a);
+    const double longest = std::max({(b - a).norm(), (c - a).norm(), (c - b).norm()});
+    if (area.norm() < kMinTriangleHeight * longest) continue;
+    const Eigen::Vector3d normal = area.normalized();
+    for (const Eigen::Vector3d& v : shape.vertices) worst = std::max(worst, normal.dot(v - a));
+  }
+  return worst;
+}
+
+/// What is wrong with a part as a convex body; empty if nothing. Turns its triangles outward.
+std::string convexFault(ConvexShape& shape) {
+  if (shape.vertices.size() > kMaxPartVertices) {
+    return "has " + std::to_string(shape.vertices.size()) + " vertices, more than " +
+           std::to_string(kMaxPartVertices);
+  }
+  if (!isClosed(shape)) return "is not a closed surface";
+  const double volume = signedVolume(shape), extent = extentOf(shape);
+  if (std::abs(volume) < 1e-9 * extent * extent * extent) return "has no volume";
+  if (volume < 0) {
+    for (auto& t : shape.triangles) std::swap(t[1], t[2]);
+  }
+  const double bulge = worstBulge(shape);
+  if (bulge <= kConvexTolerance * std::max(1.0, extent)) return "";
+  return "is not convex: a vertex stands " + std::to_string(bulge * 1000.0) +
+         " mm out of a face's plane";
+}
+
+/// Walks an imported scene, node by node.
+class PartCollector {
+ public:
+  PartCollector(const fs::path& file, const aiScene& scene, const Eigen::Vector3d& scale)
+      : file_(file), scene_(scene), scale_(scale) {}
+
+  std::vector<Shape> collect() {
+    visit(*scene_.mRootNode, Eigen::Matrix4d::Identity());
+    if (parts_.empty() && faults_.empty()) refuse(file_, "holds no triangles");
+    if (!faults_.empty()) throw FileError(std::move(faults_));
+    return std::move(parts_);
+  }
+
+ private:
+  void visit(const aiNode& node, const Eigen::Matrix4d& above) {
+    const Eigen::Matrix4d transform = above * matrixOf(node.mTransformation);
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) addMesh(node, node.mMeshes[i], transform);
+    for (unsigned i = 0; i < node.mNumChildren; ++i) visit(*node.mChildren[i], transform);
+  }
+
+  void addMesh(const aiNode& node, unsigned mesh_index, const Eigen::Matrix4d& transform) {
+    if (mesh_index >= scene_.mNumMeshes) refuse(file_, "is damaged");
+    const aiMesh& mesh = *scene_.mMeshes[mesh_index];
+    if (parts_.size() + faults_.size() >= kMaxParts) {
+      refuse(file_, "has more than " + std::to_string(kMaxParts) + " parts");
+    }
+    ConvexShape part = mergedPart(mesh, transform);
+    if (part.triangles.empty()) return;
+    const std::string fault = convexFault(part);
+    if (fault.empty()) {
+      parts_.push_back(Shape{Pose::Identity(), std::move(part)});
+      return;
+    }
+    const char* name = mesh.mName.length > 0 ? mesh.mName.C_Str() : node.mName.C_Str();
+    faults_.push_back({file_.string(), 0, "part '" + std::string(name) + "' " + fault});
+  }
+
+  ConvexShape mergedPart(const aiMesh& mesh, const Eigen::Matrix4d& transform) const {
+    ConvexShape part;
+    VertexMerger merger(part);
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      if (face.mNumIndices != 3) continue;  // points and lines
+      std::array<int, 3> t{};
+      for (unsigned i = 0; i < 3; ++i) {
+        if (face.mIndices[i] >= mesh.mNumVertices) refuse(file_, "is damaged");
+        t[i] = merger.indexOf(placed(mesh.mVertices[face.mIndices[i]], transform));
+      }
+      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) part.triangles.push_back(t);
+    }
+    return part;
+  }
+
+  Eigen::Vector3d placed(const aiVector3D& v, const Eigen::Matrix4d& transform) const {
+    const Eigen::Vector4d p = transform * Eigen::Vector4d(v.x, v.y, v.z, 1.0);
+    const Eigen::Vector3d at = p.head<3>().cwiseProduct(scale_);
+    // Beyond a kilometre the merging grid would overflow, and it is no part of a robot's cell.
+    if (!at.allFinite() || at.cwiseAbs().maxCoeff() > 1000.0) {
+      refuse(file_, "has a vertex that is not finite or beyond 1 km (metres expected)");
+    }
+    return at;
+  }
+
+  const fs::path& file_;
+  const aiScene& scene_;
+  Eigen::Vector3d scale_;
+  std::vector<Shape> parts_;
+  std::vector<FileFault> faults_;
+};
+
+void checkFile(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  if (extension != ".stl" && extension != ".obj" && extension != ".dae") {
+    refuse(file, "is not STL, OBJ or DAE");
+  }
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) refuse(file, "no such file");
+  const std::uintmax_t bytes = fs::file_size(file, error);
+  if (error) refuse(file, "cannot be read");
+  if (bytes > kMaxBytes) refuse(file, "is larger than 256 MiB");
+}
+
+}  // namespace
+
+std::vector<Shape> readConvexMesh(const fs::path& file, const Eigen::Vector3d& scale) {
+  checkFile(file);
+  Assimp::Importer importer;
+  // URDF takes a Collada file's axes as written; assimp would turn them to y up. The unit is
+  // honoured by assimp itself, in the root node's transform.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
+  if (scene == nullptr || scene->mRootNode == nullptr) {
+    const std::string detail = importer.GetErrorString();
+    refuse(file, "cannot be read as a mesh" + (detail.empty() ? "" : ": " + detail));
+  }
+  return PartCollector(file, *scene, scale).collect();
+}
+
+}  // namespace handover

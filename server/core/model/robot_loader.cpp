@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/model/robot_loader.hpp"
+
+#include "core/model/srdf_reader.hpp"
+#include "core/model/urdf_reader.hpp"
+
+#include <openssl/evp.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <set>
+
+namespace handover {
+namespace {
+
+constexpr int kMaxArmJoints = 8;
+/// Of joints that are no arm's and no hand's: they stand still during a request.
+constexpr double kIdleAcceleration = 1.0;  // [rad/s^2]
+constexpr double kLimitSlack = 1e-6;
+
+std::string joinedText(const std::vector<FileFault>& faults) {
+  std::string text;
+  for (const FileFault& fault : faults) {
+    if (!text.empty()) text += '\n';
+    text += fault.text();
+  }
+  return text;
+}
+
+std::string sha256(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(),
+                                                                        &EVP_MD_CTX_free);
+  EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr);
+  std::array<char, 65536> block{};
+  while (stream.read(block.data(), block.size()) || stream.gcount() > 0) {
+    EVP_DigestUpdate(context.get(), block.data(), static_cast<std::size_t>(stream.gcount()));
+  }
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned size = 0;
+  EVP_DigestFinal_ex(context.get(), digest.data(), &size);
+  static constexpr char kDigits[] = "0123456789abcdef";
+  std::string hex;
+  for (unsigned i = 0; i < size; ++i) {
+    hex += kDigits[digest[i] >> 4];
+    hex += kDigits[digest[i] & 0x0F];
+  }
+  return hex;
+}
+
+/// Puts URDF, SRDF and settings together; collects what does not fit.
+class RobotAssembler {
+ public:
+  RobotAssembler(const RobotSettings& settings, RobotModel& model, const SrdfModel& srdf,
+                 std::vector<FileFault>& faults)
+      : settings_(settings), model_(model), srdf_(srdf), faults_(faults) {}
+
+  void assemble() {
+    for (Joint& joint : model_.joints) {
+      if (joint.type != JointType::kFixed) joint.acceleration = kIdleAcceleration;
+    }
+    for (const HandSettings& hand : settings_.hands) addHand(hand);
+    for (const ArmSettings& arm : settings_.arms) addArm(arm);
+    checkDofsUsedOnce();
+    spreadToMimics();
+    for (const auto& [name, state] : srdf_.states) addState(name, state);
+    model_.disabled_pairs = srdf_.disabled_pairs;
+  }
+
+ private:
+  void fault(const std::string& key, const std::string& message) {
+    const auto line = settings_.lines.find(key);
+    faults_.push_back({settings_.settings_file, line == settings_.lines.end() ? 0 : line->second,
+                       key + ": " + message});
+  }
+
+  int linkOf(const std::string& key, const std::string& name) {
+    const int link = model_.findLink(name);
+    if (link < 0) fault(key, "link '" + name + "' is not in the URDF");
+    return link;
+  }
+
+  Joint& jointOf(int dof) {
+    return model_
+        .joints[static_cast<std::size_t>(model_.dof_joints[static_cast<std::size_t>(dof)])];
+  }
+
+  // ---- hands
+
+  void addHand(const HandSettings& settings) {
+    const std::string key = "hands." + settings.name;
+    if (model_.findHand(settings.name) >= 0) return fault(key, "is defined twice");
+    Hand hand;
+    hand.name = settings.name;
+    hand.palm_link = linkOf(key + ".palm_link", settings.palm_link);
+    for (const std::string& name : settings.finger_links) {
+      hand.finger_links.push_back(linkOf(key + ".finger_links", name));
+    }
+    addHandDofs(key, settings, hand);
+    for (const auto& names : settings.fingers) addFinger(key + ".fingers", names, hand);
+    if (hand.palm_link >= 0) hand.links = handLinks(hand);
+    model_.hands.push_back(std::move(hand));
+  }
+
+  void addHandDofs(const std::string& key, const HandSettings& settings, Hand& hand) {
+    for (const auto& [name, position] : settings.open) {
+      const int dof = independentDof(key + ".open", name);
+      if (dof >= 0) hand.dofs.push_back(dof);
+      if (!settings.closed.contains(name))
+        fault(key + ".closed", "joint '" + name + "' is missing");
+    }
+    std::sort(hand.dofs.begin(), hand.dofs.end());
+    hand.open.setZero(static_cast<Eigen::Index>(hand.dofs.size()));
+    hand.closed = hand.open;
+    for (const auto& [name, position] : settings.open) {
+      setPosture(key + ".open", name, position, hand, hand.open);
+    }
+    for (const auto& [name, position] : settings.closed) {
+      if (!settings.open.contains(name)) {
+        fault(key + ".closed", "joint '" + name + "' is not among those of open");
+      } else {
+        setPosture(key + ".closed", name, position, hand, hand.closed);
+      }
+    }
+    for (const int dof : hand.dofs) {
+      jointOf(dof).acceleration = settings.acceleration;
+      if (jointOf(dof).velocity <= 0) {
+        fault(key + ".open", "joint '" + jointOf(dof).name + "' has no velocity limit in the URDF");
+      }
+    }
+  }
+
+  int independentDof(const std::string& key, const std::string& joint_name) {
+    const int joint = model_.findJoint(joint_name);
+    if (joint < 0) {
+      fault(key, "joint '" + joint_name + "' is not in the URDF");
+      return -1;
+    }
+    const Joint& it = model_.joints[static_cast<std::size_t>(joint)];
+    if (it.type == JointType::kFixed || it.mimic) {
+      fault(key, "joint '" + joint_name + "' " + (it.mimic ? "mimics another" : "is fixed"));
+      return -1;
+    }
+    return it.dof;
+  }
+
+  void setPosture(const std::string& key, const std::string& name, double position,
+                  const Hand& hand, Eigen::VectorXd& posture) {
+    const int joint = model_.findJoint(name);
+    if (joint < 0) return;  // said already
+    const Joint& it = model_.joints[static_cast<std::size_t>(joint)];
+    const auto at = std::find(hand.dofs.begin(), hand.dofs.end(), it.dof);
+    if (it.mimic || at == hand.dofs.end()) return;
+    if (position < it.lower - kLimitSlack || position > it.upper + kLimitSlack) {
+      return fault(key, "joint '" + name + "' is outside its limits");
+    }
+    posture[at - hand.dofs.begin()] = std::clamp(position, it.lower, it.upper);
+  }
+
+  void addFinger(const std::string& key, const std::vector<std::string>& names, Hand& hand) {
+    std::vector<int> finger;
+    for (const std::string& name : names) {
+      const int dof = independentDof(key, name);
+      if (dof < 0) continue;
+      if (std::find(hand.dofs.begin(), hand.dofs.end(), dof) == hand.dofs.end()) {
+        fault(key, "joint '" + name + "' is not among those of open");
+        continue;
+      }
+      finger.push_back(dof);
+    }
+    hand.fingers.push_back(std::move(finger));
+  }
+
+  /// The palm, what its fingers move and whatever hangs on these.
+  std::vector<int> handLinks(const Hand& hand) const {
+    std::vector<bool> in_hand(model_.links.size(), false);
+    for (const int link : model_.linksMovedBy(hand.dofs)) {
+      in_hand[static_cast<std::size_t>(link)] = true;
+    }
+    in_hand[static_cast<std::size_t>(hand.palm_link)] = true;
+    std::vector<int> links;
+    for (std::size_t i = 0; i < model_.links.size(); ++i) {
+      const int joint = model_.links[i].parent_joint;
+      if (joint >= 0 && in_hand[static_cast<std::size_t>(
+                            model_.joints[static_cast<std::size_t>(joint)].parent_link)]) {
+        in_hand[i] = true;
+      }
+      if (in_hand[i]) links.push_back(static_cast<int>(i));
+    }
+    return links;
+  }
+
+  // ---- arms
+
+  void addArm(const ArmSettings& settings) {
+    const std::string key = "arms." + settings.name;
+    if (model_.findArm(settings.name) >= 0) return fault(key, "is defined twice");
+    Arm arm;
+    arm.name = settings.name;
+    arm.tool_link = linkOf(key + ".tool_link", settings.tool_link);
+    arm.p_AShoulder = settings.p_AShoulder;
+    arm.hand = model_.findHand(settings.hand);
+    if (arm.hand < 0) fault(key + ".hand", "hand '" + settings.hand + "' is not defined");
+    if (settings.approach_axis.norm() < 1e-9) {
+      fault(key + ".approach_axis", "is zero");
+    } else {
+      arm.approach_axis = settings.approach_axis.normalized();
+    }
+    const auto group = srdf_.groups.find(settings.group);
+    if (group == srdf_.groups.end()) {
+      return fault(key + ".group", "group '" + settings.group + "' is not in the SRDF");
+    }
+    if (!addArmJoints(key, settings, group->second, arm)) return;
+    model_.arms.push_back(std::move(arm));
+  }
+
+  bool addArmJoints(const std::string& key, const ArmSettings& settings, const SrdfGroup& group,
+                    Arm& arm) {
+    const std::string at = "group '" + settings.group + "'";
+    const auto count = group.joints.size();
+    if (count == 0 || count > static_cast<std::size_t>(kMaxArmJoints)) {
+      fault(key + ".group", at + " has " + std::to_string(count) + " movable joints, not 1 to " +
+                                std::to_string(kMaxArmJoints));
+      return false;
+    }
+    for (const int index : group.joints) {
+      Joint& joint = model_.joints[static_cast<std::size_t>(index)];
+      if (joint.mimic) {
+        fault(key + ".group", at + " has the mimic joint '" + joint.name + "'");
+        return false;
+      }
+      if (joint.velocity <= 0) {
+        fault(key + ".group", "joint '" + joint.name + "' has no velocity limit in the URDF");
+      }
+      joint.acceleration = settings.acceleration;
+      arm.joints.push_back(index);
+      arm.dofs.push_back(joint.dof);
+    }
+    arm.base_link = model_.joints[static_cast<std::size_t>(arm.joints.front())].parent_link;
+    if (arm.tool_link < 0) return false;
+    if (movableAbove(arm.tool_link, arm.base_link) != arm.joints) {
+      fault(key + ".tool_link", "the joints of " + at +
+                                    " are not those between its base and link '" +
+                                    settings.tool_link + "'");
+      return false;
+    }
+    return true;
+  }
+
+  /// Movable joints between two links, base to tip; up to the root if `base` is not above `tip`.
+  std::vector<int> movableAbove(int tip, int base) const {
+    std::vector<int> joints;
+    for (int link = tip; link != base;) {
+      const int joint = model_.links[static_cast<std::size_t>(link)].parent_joint;
+      if (joint < 0) break;
+      const Joint& it = model_.joints[static_cast<std::size_t>(joint)];
+      if (it.type != JointType::kFixed) joints.push_back(joint);
+      link = it.parent_link;
+    }
+    std::reverse(joints.begin(), joints.end());
+    return joints;
+  }
+
+  void checkDofsUsedOnce() {
+    std::set<int> used;
+    const auto claim = [&](const std::string& key, const std::vector<int>& dofs) {
+      for (const int dof : dofs) {
+        if (used.insert(dof).second) continue;
+        fault(key, "joint '" + jointOf(dof).name + "' belongs to another arm or hand already");
+      }
+    };
+    for (const Arm& arm : model_.arms) claim("arms." + arm.name, arm.dofs);
+    for (const Hand& hand : model_.hands) claim("hands." + hand.name, hand.dofs);
+  }
+
+  void spreadToMimics() {
+    for (Joint& joint : model_.joints) {
+      if (joint.mimic) {
+        joint.acceleration = jointOf(joint.dof).acceleration * std::abs(joint.mimic_multiplier);
+      }
+    }
+  }
+
+  void addState(const std::string& name, const std::map<int, double>& state) {
+    RobotVector q(model_.dofs());
+    for (int dof = 0; dof < model_.dofs(); ++dof) {
+      const auto given = state.find(model_.dof_joints[static_cast<std::size_t>(dof)]);
+      const double position = given == state.end() ? 0.0 : given->second;
+      q[dof] = std::clamp(position, jointOf(dof).lower, jointOf(dof).upper);
+    }
+    model_.named_states.emplace(name, std::move(q));
+  }
+
+  const RobotSettings& settings_;
+  RobotModel& model_;
+  const SrdfModel& srdf_;
+  std::vector<FileFault>& faults_;
+};
+
+}  // namespace
+
+std::string FileFault::text() const {
+  return line > 0 ? file + ":" + std::to_string(line) + ": " + message : file + ": " + message;
+}
+
+FileError::FileError(std::vector<FileFault> faults)
+    : std::runtime_error(joinedText(faults)), faults_(std::move(faults)) {}
+
+RobotModel loadRobot(const RobotSettings& settings) {
+  std::vector<FileFault> faults;
+  const std::filesystem::path urdf_file = settings.root / settings.urdf;
+  UrdfModel urdf = readUrdf(urdf_file, urdf_file.string(), faults);
+  if (!faults.empty()) throw FileError(std::move(faults));  // names cannot be checked against it
+  const std::filesystem::path srdf_file = settings.root / settings.srdf;
+  const SrdfModel srdf = readSrdf(srdf_file, srdf_file.string(), urdf, faults);
+  if (!faults.empty()) throw FileError(std::move(faults));
+
+  RobotModel model;
+  model.name = settings.name;
+  model.urdf_path = settings.urdf;
+  model.srdf_path = settings.srdf;
+  model.urdf_sha256 = sha256(urdf_file);
+  model.links = std::move(urdf.links);
+  model.joints = std::move(urdf.joints);
+  model.dof_joints = std::move(urdf.dof_joints);
+  RobotAssembler(settings, model, srdf, faults).assemble();
+  if (!faults.empty()) throw FileError(std::move(faults));
+  model.content_hash = modelHash(model);
+  return model;
+}
+
+}  // namespace handover

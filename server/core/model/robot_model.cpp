@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/model/robot_model.hpp"
+
+#include "core/model/content_hash.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace handover {
+namespace {
+
+template <typename Items>
+int indexOf(const Items& items, std::string_view name) {
+  const auto found = std::find_if(items.begin(), items.end(),
+                                  [name](const auto& item) { return item.name == name; });
+  return found == items.end() ? -1 : static_cast<int>(found - items.begin());
+}
+
+/// Fills `rotation` with the turn by `angle` about a unit axis.
+void setTurn(const Eigen::Vector3d& axis, double angle, Eigen::Matrix3d& rotation) {
+  const double s = std::sin(angle), c = std::cos(angle);
+  const Eigen::Vector3d v = (1.0 - c) * axis;
+  rotation(0, 0) = v.x() * axis.x() + c;
+  rotation(1, 1) = v.y() * axis.y() + c;
+  rotation(2, 2) = v.z() * axis.z() + c;
+  const double xy = v.x() * axis.y(), xz = v.x() * axis.z(), yz = v.y() * axis.z();
+  rotation(0, 1) = xy - s * axis.z();
+  rotation(1, 0) = xy + s * axis.z();
+  rotation(0, 2) = xz + s * axis.y();
+  rotation(2, 0) = xz - s * axis.y();
+  rotation(1, 2) = yz - s * axis.x();
+  rotation(2, 1) = yz + s * axis.x();
+}
+
+void setLinkPose(const RobotModel& model, const RobotVector& q, std::size_t link,
+                 std::vector<Pose>& X_WL) {
+  const int joint_index = model.links[link].parent_joint;
+  if (joint_index < 0) return;
+  const Joint& joint = model.joints[static_cast<std::size_t>(joint_index)];
+  const Pose& X_WP = X_WL[static_cast<std::size_t>(joint.parent_link)];
+  Pose& X_WC = X_WL[link];
+  const Eigen::Matrix3d R_WJ = X_WP.linear() * joint.X_PJ.linear();
+  X_WC.translation() = X_WP.linear() * joint.X_PJ.translation() + X_WP.translation();
+  if (joint.type == JointType::kFixed) {
+    X_WC.linear() = R_WJ;
+    return;
+  }
+  const double position = model.jointPosition(joint_index, q);
+  if (joint.type == JointType::kPrismatic) {
+    X_WC.linear() = R_WJ;
+    X_WC.translation() += R_WJ * (position * joint.axis);
+    return;
+  }
+  Eigen::Matrix3d R_JC;
+  setTurn(joint.axis, position, R_JC);
+  X_WC.linear().noalias() = R_WJ * R_JC;
+}
+
+void requireSize(const RobotModel& model, const RobotVector& q) {
+  if (q.size() == model.dofs()) return;
+  throw std::invalid_argument("robot '" + model.name + "' has " + std::to_string(model.dofs()) +
+                              " joint positions, not " + std::to_string(q.size()));
+}
+
+/// The topmost link that moves as one with this one.
+int rigidRoot(const RobotModel& model, int link) {
+  for (;;) {
+    const int joint = model.links[static_cast<std::size_t>(link)].parent_joint;
+    if (joint < 0) return link;
+    const Joint& above = model.joints[static_cast<std::size_t>(joint)];
+    if (above.type != JointType::kFixed) return link;
+    link = above.parent_link;
+  }
+}
+
+/// The rigid root of the group that a rigid root hangs on, or -1.
+int groupAbove(const RobotModel& model, int rigid_root) {
+  const int joint = model.links[static_cast<std::size_t>(rigid_root)].parent_joint;
+  if (joint < 0) return -1;
+  return rigidRoot(model, model.joints[static_cast<std::size_t>(joint)].parent_link);
+}
+
+void add(ContentHash& hash, const Joint& joint) {
+  hash.add(joint.name).add(static_cast<int>(joint.type));
+  hash.add(joint.parent_link).add(joint.child_link).add(joint.X_PJ).add(joint.axis);
+  hash.add(joint.lower).add(joint.upper).add(joint.velocity).add(joint.acceleration);
+  hash.add(joint.dof).add(joint.mimic ? 1 : 0);
+  hash.add(joint.mimic_multiplier).add(joint.mimic_offset);
+}
+
+void add(ContentHash& hash, const Arm& arm) {
+  hash.add(arm.name).add(arm.base_link).add(arm.tool_link).add(arm.dofs).add(arm.joints);
+  hash.add(arm.approach_axis).add(arm.p_AShoulder ? 1 : 0);
+  if (arm.p_AShoulder) hash.add(*arm.p_AShoulder);
+  hash.add(arm.hand);
+}
+
+void add(ContentHash& hash, const Hand& hand) {
+  hash.add(hand.name).add(hand.palm_link).add(hand.finger_links).add(hand.dofs);
+  hash.add(hand.fingers.size());
+  for (const auto& finger : hand.fingers) hash.add(finger);
+  hash.add(hand.open).add(hand.closed).add(hand.links);
+}
+
+}  // namespace
+
+int RobotModel::findLink(std::string_view link) const { return indexOf(links, link); }
+
+int RobotModel::findJoint(std::string_view joint) const { return indexOf(joints, joint); }
+
+int RobotModel::findArm(std::string_view arm) const { return indexOf(arms, arm); }
+
+int RobotModel::findHand(std::string_view hand) const { return indexOf(hands, hand); }
+
+double RobotModel::jointPosition(int joint, const RobotVector& q) const {
+  const Joint& it = joints[static_cast<std::size_t>(joint)];
+  if (it.dof < 0) return 0.0;
+  return it.mimic ? it.mimic_multiplier * q[it.dof] + it.mimic_offset : q[it.dof];
+}
+
+std::vector<int> RobotModel::linksMovedBy(const std::vector<int>& dofs) const {
+  std::vector<bool> moved(links.size(), false);
+  std::vector<int> result;
+  for (std::size_t link = 0; link < links.size(); ++link) {
+    if (links[link].parent_joint < 0) continue;
+    const Joint& joint = joints[static_cast<std::size_t>(links[link].parent_joint)];
+    const bool driven =
+        joint.dof >= 0 && std::find(dofs.begin(), dofs.end(), joint.dof) != dofs.end();
+    moved[link] = driven || moved[static_cast<std::size_t>(joint.parent_link)];
+    if (moved[link]) result.push_back(static_cast<int>(link));
+  }
+  return result;
+}
+
+bool RobotModel::adjacent(int link_a, int link_b) const {
+  const int root_a = rigidRoot(*this, link_a), root_b = rigidRoot(*this, link_b);
+  return root_a == root_b || groupAbove(*this, root_a) == root_b ||
+         groupAbove(*this, root_b) == root_a;
+}
+
+void linkPoses(const RobotModel& model, const Pose& X_WB, const RobotVector& q,
+               std::vector<Pose>& X_WL) {
+  requireSize(model, q);
+  X_WL.resize(model.links.size(), Pose::Identity());
+  X_WL[0] = X_WB;
+  for (std::size_t link = 1; link < model.links.size(); ++link) setLinkPose(model, q, link, X_WL);
+}
+
+void linkPosesOf(const RobotModel& model, const RobotVector& q, const std::vector<int>& links,
+                 std::vector<Pose>& X_WL) {
+  requireSize(model, q);
+  for (const int link : links) setLinkPose(model, q, static_cast<std::size_t>(link), X_WL);
+}
+
+std::string modelHash(const RobotModel& model) {
+  ContentHash hash;
+  hash.add(model.urdf_sha256).add(model.links.size());
+  for (const Link& link : model.links) {
+    hash.add(link.name).add(link.parent_joint).add(link.collision);
+  }
+  hash.add(model.joints.size());
+  for (const Joint& joint : model.joints) add(hash, joint);
+  hash.add(model.dof_joints);
+  hash.add(model.arms.size());
+  for (const Arm& arm : model.arms) add(hash, arm);
+  hash.add(model.hands.size());
+  for (const Hand& hand : model.hands) add(hash, hand);
+  hash.add(model.named_states.size());
+  for (const auto& [name, q] : model.named_states) hash.add(name).add(q);
+  hash.add(model.disabled_pairs.size());
+  for (const auto& [pair, reason] : model.disabled_pairs) {
+    hash.add(pair.first).add(pair.second).add(reason);
+  }
+  return hash.hex();
+}
+
+}  // namespace handover

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/model/scene.hpp"
+
+#include "core/model/content_hash.hpp"
+
+#include <algorithm>
+
+namespace handover {
+namespace {
+
+template <typename Items>
+int indexOf(const Items& items, std::string_view name) {
+  const auto found = std::find_if(items.begin(), items.end(),
+                                  [name](const auto& item) { return item.name == name; });
+  return found == items.end() ? -1 : static_cast<int>(found - items.begin());
+}
+
+const std::string& linkName(const RobotModel& model, int link) {
+  return model.links[static_cast<std::size_t>(link)].name;
+}
+
+RobotSnapshot snapshotOf(const SceneRobot& robot) {
+  const RobotModel& model = *robot.model;
+  RobotSnapshot shown;
+  shown.name = robot.name;
+  shown.urdf = model.urdf_path;
+  shown.urdf_sha256 = model.urdf_sha256;
+  shown.srdf = model.srdf_path;
+  shown.X_WB = toValue(robot.X_WB);
+  for (std::size_t i = 0; i < model.joints.size(); ++i) {
+    const Joint& joint = model.joints[i];
+    if (joint.type == JointType::kFixed) continue;
+    shown.q_start.emplace_back(joint.name,
+                               model.jointPosition(static_cast<int>(i), robot.q_start) + 0.0);
+    shown.limits.emplace_back(
+        joint.name, JointLimits{joint.lower, joint.upper, joint.velocity, joint.acceleration});
+  }
+  for (const auto& [link, object] : robot.resting) {
+    shown.resting.emplace_back(linkName(model, link), object);
+  }
+  return shown;
+}
+
+ObjectSnapshot snapshotOf(const Scene& scene, const SceneObject& object) {
+  ObjectSnapshot shown;
+  shown.name = object.name;
+  shown.geometry = object.geometry;
+  shown.X_WO = toValue(object.X_WO);
+  shown.resting = object.resting;
+  if (object.attached_to) {
+    const Attachment& held = *object.attached_to;
+    const SceneRobot& robot = scene.robots[static_cast<std::size_t>(held.robot)];
+    AttachmentSnapshot attachment{
+        robot.name, linkName(*robot.model, held.link), toValue(held.X_LO), {}};
+    for (const int link : held.touch_links) {
+      attachment.touch_links.push_back(linkName(*robot.model, link));
+    }
+    shown.attached_to = std::move(attachment);
+  }
+  return shown;
+}
+
+void add(ContentHash& hash, const SceneRobot& robot) {
+  const RobotModel& model = *robot.model;
+  hash.add(robot.name);
+  hash.add(model.content_hash.empty() ? modelHash(model) : model.content_hash);
+  hash.add(robot.X_WB).add(robot.q_start).add(robot.resting.size());
+  for (const auto& [link, object] : robot.resting) hash.add(link).add(object);
+}
+
+void add(ContentHash& hash, const std::vector<std::string>& names) {
+  hash.add(names.size());
+  for (const std::string& name : names) hash.add(name);
+}
+
+void add(ContentHash& hash, const SceneObject& object, const Pose& X_WO) {
+  hash.add(object.name).add(object.shapes).add(X_WO);
+  hash.add(object.attached_to ? 1 : 0);
+  if (object.attached_to) {
+    const Attachment& held = *object.attached_to;
+    hash.add(held.robot).add(held.link).add(held.X_LO).add(held.touch_links);
+  }
+  add(hash, object.resting);
+}
+
+}  // namespace
+
+int Scene::findRobot(std::string_view robot) const { return indexOf(robots, robot); }
+
+int Scene::findObject(std::string_view object) const { return indexOf(objects, object); }
+
+std::shared_ptr<const Scene> startOf(const std::shared_ptr<const Scene>& scene,
+                                     const SceneTask& task) {
+  const int object = scene->findObject(task.object);
+  if (object < 0) return scene;
+  const auto index = static_cast<std::size_t>(object);
+  if (scene->objects[index].X_WO.matrix() == task.X_WO_start.matrix()) return scene;
+  auto moved = std::make_shared<Scene>(*scene);
+  moved->objects[index].X_WO = task.X_WO_start;
+  return moved;
+}
+
+SceneSnapshot snapshot(const Scene& scene, const SceneTask& task, std::uint64_t seed) {
+  SceneSnapshot shown;
+  shown.cell = scene.cell;
+  shown.task = task.name;
+  shown.seed = seed;
+  shown.scene_hash = sceneHash(scene, task);
+  shown.object = task.object;
+  shown.giver = task.giver;
+  shown.receiver = task.receiver;
+  shown.X_WO_start = toValue(task.X_WO_start);
+  shown.X_WO_goal = toValue(task.X_WO_goal);
+  for (const SceneRobot& robot : scene.robots) shown.robots.push_back(snapshotOf(robot));
+  for (const SceneObject& object : scene.objects) {
+    shown.objects.push_back(snapshotOf(scene, object));
+    if (object.name == task.object) shown.objects.back().X_WO = shown.X_WO_start;
+  }
+  return shown;
+}
+
+std::string sceneHash(const Scene& scene, const SceneTask& task) {
+  ContentHash hash;
+  hash.add(scene.robots.size());
+  for (const SceneRobot& robot : scene.robots) add(hash, robot);
+  hash.add(scene.objects.size());
+  for (const SceneObject& object : scene.objects) {
+    add(hash, object, object.name == task.object ? task.X_WO_start : object.X_WO);
+  }
+  hash.add(task.object).add(task.giver).add(task.receiver);
+  hash.add(task.X_WO_start).add(task.X_WO_goal);
+  add(hash, task.goal_rest);
+  return hash.hex();
+}
+
+}  // namespace handover

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/model/srdf_reader.hpp"
+
+#include "core/model/xml_reader.hpp"
+
+#include <algorithm>
+#include <set>
+
+namespace handover {
+namespace {
+
+using tinyxml2::XMLElement;
+
+/// Positions may stick out of the limits by the rounding of written decimals.
+constexpr double kLimitSlack = 1e-6;
+
+class SrdfReader {
+ public:
+  SrdfReader(const std::string& shown_file, const UrdfModel& urdf, std::vector<FileFault>& faults)
+      : urdf_(urdf), faults_(shown_file, faults) {
+    for (std::size_t i = 0; i < urdf.links.size(); ++i) {
+      links_.emplace(urdf.links[i].name, static_cast<int>(i));
+    }
+    for (std::size_t i = 0; i < urdf.joints.size(); ++i) {
+      joints_.emplace(urdf.joints[i].name, static_cast<int>(i));
+    }
+  }
+
+  SrdfModel read(const std::filesystem::path& file) {
+    tinyxml2::XMLDocument document;
+    const XMLElement* robot = parseXml(file, document, faults_);
+    if (robot == nullptr) return {};
+    if (const std::string name = requiredText(*robot, "name", faults_);
+        !name.empty() && name != urdf_.name) {
+      faults_.add(*robot, "robot '" + name + "' is called '" + urdf_.name + "' in the URDF");
+    }
+    collectGroups(*robot);
+    for (const auto& [name, element] : group_elements_) {
+      const std::set<int>& joints = jointsOf(name, *element);
+      model_.groups.emplace(name, SrdfGroup{element->GetLineNum(), {joints.begin(), joints.end()}});
+    }
+    each(*robot, "end_effector", [this](const XMLElement& e) { readEndEffector(e); });
+    each(*robot, "group_state", [this](const XMLElement& e) { readState(e); });
+    each(*robot, "disable_collisions", [this](const XMLElement& e) { readDisabled(e); });
+    return std::move(model_);
+  }
+
+ private:
+  template <typename Visit>
+  static void each(const XMLElement& parent, const char* tag, Visit visit) {
+    for (const XMLElement* e = parent.FirstChildElement(tag); e != nullptr;
+         e = e->NextSiblingElement(tag)) {
+      visit(*e);
+    }
+  }
+
+  void collectGroups(const XMLElement& robot) {
+    each(robot, "group", [this](const XMLElement& e) {
+      const std::string name = requiredText(e, "name", faults_);
+      if (name.empty()) return;
+      if (!group_elements_.emplace(name, &e).second) {
+        faults_.add(e, described(e) + " is defined twice");
+      }
+    });
+  }
+
+  int named(const std::map<std::string, int>& known, const XMLElement& at, const char* attribute,
+            const char* what) {
+    const std::string name = requiredText(at, attribute, faults_);
+    if (name.empty()) return -1;
+    const auto found = known.find(name);
+    if (found != known.end()) return found->second;
+    faults_.add(at,
+                std::string("<") + at.Name() + ">: " + what + " '" + name + "' is not in the URDF");
+    return -1;
+  }
+
+  /// The movable joints of a group's links, joints, chains and subgroups. Each group is read once.
+  const std::set<int>& jointsOf(const std::string& name, const XMLElement& group) {
+    const auto [entry, fresh] = group_joints_.try_emplace(name);
+    if (!fresh) return entry->second;
+    open_groups_.insert(name);
+    std::set<int> joints;
+    each(group, "joint",
+         [&](const XMLElement& e) { addMovable(named(joints_, e, "name", "joint"), joints); });
+    each(group, "link", [&](const XMLElement& e) {
+      const int link = named(links_, e, "name", "link");
+      if (link > 0) addMovable(urdf_.links[static_cast<std::size_t>(link)].parent_joint, joints);
+    });
+    each(group, "chain", [&](const XMLElement& e) { addChain(e, joints); });
+    each(group, "group", [&](const XMLElement& e) { addSubgroup(e, joints); });
+    open_groups_.erase(name);
+    entry->second = std::move(joints);
+    return entry->second;
+  }
+
+  void addMovable(int joint, std::set<int>& joints) const {
+    if (joint < 0) return;
+    if (urdf_.joints[static_cast<std::size_t>(joint)].type != JointType::kFixed)
+      joints.insert(joint);
+  }
+
+  void addChain(const XMLElement& chain, std::set<int>& joints) {
+    const int base = named(links_, chain, "base_link", "link");
+    const int tip = named(links_, chain, "tip_link", "link");
+    if (base < 0 || tip < 0) return;
+    std::set<int> found;
+    int link = tip;
+    while (link != base) {
+      const int joint = urdf_.links[static_cast<std::size_t>(link)].parent_joint;
+      if (joint < 0) {
+        faults_.add(chain, "<chain>: no joints lead from '" + text(chain, "base_link") + "' to '" +
+                               text(chain, "tip_link") + "'");
+        return;
+      }
+      addMovable(joint, found);
+      link = urdf_.joints[static_cast<std::size_t>(joint)].parent_link;
+    }
+    joints.insert(found.begin(), found.end());
+  }
+
+  static std::string text(const XMLElement& element, const char* attribute) {
+    const char* value = element.Attribute(attribute);
+    return value == nullptr ? "" : value;
+  }
+
+  void addSubgroup(const XMLElement& element, std::set<int>& joints) {
+    const std::string name = requiredText(element, "name", faults_);
+    if (name.empty()) return;
+    const auto found = group_elements_.find(name);
+    if (found == group_elements_.end()) {
+      return faults_.add(element, "<group>: group '" + name + "' is not defined");
+    }
+    if (open_groups_.contains(name)) {
+      return faults_.add(element, "<group>: group '" + name + "' contains itself");
+    }
+    const std::set<int>& inner = jointsOf(name, *found->second);
+    joints.insert(inner.begin(), inner.end());
+  }
+
+  void checkGroup(const XMLElement& element, const char* attribute) {
+    const std::string group = requiredText(element, attribute, faults_);
+    if (!group.empty() && !group_elements_.contains(group)) {
+      faults_.add(element, described(element) + ": group '" + group + "' is not defined");
+    }
+  }
+
+  void readEndEffector(const XMLElement& element) {
+    requiredText(element, "name", faults_);
+    checkGroup(element, "group");
+    named(links_, element, "parent_link", "link");
+    if (element.Attribute("parent_group") != nullptr) checkGroup(element, "parent_group");
+  }
+
+  void readState(const XMLElement& element) {
+    const std::string name = requiredText(element, "name", faults_);
+    checkGroup(element, "group");
+    auto& state = model_.states[name];
+    each(element, "joint", [&](const XMLElement& e) {
+      const int joint = named(joints_, e, "name", "joint");
+      const auto value = requiredNumber(e, "value", faults_);
+      if (joint < 0 || !value) return;
+      const Joint& it = urdf_.joints[static_cast<std::size_t>(joint)];
+      if (it.type == JointType::kFixed) {
+        return faults_.add(e, "<group_state> '" + name + "': joint '" + it.name + "' is fixed");
+      }
+      if (*value < it.lower - kLimitSlack || *value > it.upper + kLimitSlack) {
+        faults_.add(e,
+                    "<group_state> '" + name + "': joint '" + it.name + "' is outside its limits");
+      }
+      if (const auto [known, added] = state.emplace(joint, *value);
+          !added && known->second != *value) {
+        faults_.add(e, "<group_state> '" + name + "': joint '" + it.name + "' has two values");
+      }
+    });
+  }
+
+  void readDisabled(const XMLElement& element) {
+    const int a = named(links_, element, "link1", "link"),
+              b = named(links_, element, "link2", "link");
+    if (a < 0 || b < 0) return;
+    if (a == b) return faults_.add(element, "<disable_collisions>: a link with itself");
+    const char* reason = element.Attribute("reason");
+    model_.disabled_pairs[{std::min(a, b), std::max(a, b)}] = reason == nullptr ? "" : reason;
+  }
+
+  const UrdfModel& urdf_;
+  XmlFaults faults_;
+  std::map<std::string, int> links_, joints_;
+  std::map<std::string, const XMLElement*> group_elements_;
+  std::map<std::string, std::set<int>> group_joints_;
+  std::set<std::string> open_groups_;  ///< being read: a group found again in here contains itself
+  SrdfModel model_;
+};
+
+}  // namespace
+
+SrdfModel readSrdf(const std::filesystem::path& file, const std::string& shown_file,
+                   const UrdfModel& urdf, std::vector<FileFault>& faults) {
+  return SrdfReader(shown_file, urdf, faults).read(file);
+}
+
+}  // namespace handover

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shared by the URDF and SRDF readers: a document, the faults found in it, and attributes as
+// values. Numbers are read the same way whatever the process's locale.
+#pragma once
+
+#include "core/model/robot_loader.hpp"
+
+#include <handover/common/pose.hpp>
+
+#include <tinyxml2.h>
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace handover {
+
+/// The faults of one file, in the order found.
+class XmlFaults {
+ public:
+  XmlFaults(std::string file, std::vector<FileFault>& faults)
+      : file_(std::move(file)), faults_(faults) {}
+
+  void add(int line, std::string message) { faults_.push_back({file_, line, std::move(message)}); }
+
+  void add(const tinyxml2::XMLElement& at, std::string message) {
+    add(at.GetLineNum(), std::move(message));
+  }
+
+ private:
+  std::string file_;
+  std::vector<FileFault>& faults_;
+};
+
+/// Parses a file; nullptr after a fault. At most 16 MiB.
+const tinyxml2::XMLElement* parseXml(const std::filesystem::path& file,
+                                     tinyxml2::XMLDocument& document, XmlFaults& faults);
+
+/// A finite decimal number, or nullopt; "+1", "-.5" and "1e-3" are numbers, "1 2" and "nan" are
+/// not.
+std::optional<double> parseNumber(std::string_view text);
+
+/// The `name` attribute or another one that must be there and not empty; "" after a fault.
+std::string requiredText(const tinyxml2::XMLElement& element, const char* attribute,
+                         XmlFaults& faults);
+
+/// A number attribute; nullopt when it is absent (no fault) or wrong (a fault).
+std::optional<double> numberOf(const tinyxml2::XMLElement& element, const char* attribute,
+                               XmlFaults& faults);
+/// Absence is a fault as well.
+std::optional<double> requiredNumber(const tinyxml2::XMLElement& element, const char* attribute,
+                                     XmlFaults& faults);
+
+/// Three numbers with white space between; nullopt as for numberOf().
+std::optional<Eigen::Vector3d> vectorOf(const tinyxml2::XMLElement& element, const char* attribute,
+                                        XmlFaults& faults);
+
+/// The <origin xyz= rpy=> child; identity when there is none or it is wrong (a fault).
+Pose originOf(const tinyxml2::XMLElement& element, XmlFaults& faults);
+
+/// "<joint> 'name'" for messages.
+std::string described(const tinyxml2::XMLElement& element);
+
+}  // namespace handover

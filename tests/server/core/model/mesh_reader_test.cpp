@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/model/mesh_reader.hpp"
+
+#include "core/model/geometry_shapes.hpp"
+#include "core/model/robot_loader.hpp"
+#include "temporary_folder.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cstring>
+
+namespace handover {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// An axis-aligned box as OBJ lines; indices count on from `first`.
+std::string objBox(const std::string& name, const Eigen::Vector3d& low, const Eigen::Vector3d& high,
+                   int first) {
+  std::string text = "o " + name + "\n";
+  for (int i = 0; i < 8; ++i) {
+    text += "v " + std::to_string(i & 1 ? high.x() : low.x()) + " " +
+            std::to_string(i & 2 ? high.y() : low.y()) + " " +
+            std::to_string(i & 4 ? high.z() : low.z()) + "\n";
+  }
+  const int quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                           {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  for (const auto& quad : quads) {
+    text += "f";
+    for (const int corner : quad) text += " " + std::to_string(first + corner);
+    text += "\n";
+  }
+  return text;
+}
+
+struct Bounds {
+  Eigen::Vector3d low, high;
+};
+
+const ConvexShape& convex(const Shape& shape) { return std::get<ConvexShape>(shape.geometry); }
+
+Bounds boundsOf(const Shape& shape) {
+  Bounds bounds{convex(shape).vertices.at(0), convex(shape).vertices.at(0)};
+  for (const Eigen::Vector3d& v : convex(shape).vertices) {
+    bounds.low = bounds.low.cwiseMin(v);
+    bounds.high = bounds.high.cwiseMax(v);
+  }
+  return bounds;
+}
+
+double volumeOf(const Shape& shape) {
+  double volume = 0;
+  for (const auto& t : convex(shape).triangles) {
+    const auto corner = [&](int i) {
+      return convex(shape).vertices.at(static_cast<std::size_t>(t[static_cast<std::size_t>(i)]));
+    };
+    volume += corner(0).dot(corner(1).cross(corner(2))) / 6.0;
+  }
+  return volume;
+}
+
+std::string asciiStl(const std::vector<std::array<Eigen::Vector3d, 3>>& triangles) {
+  std::string text = "solid part\n";
+  for (const auto& t : triangles) {
+    text += "facet normal 0 0 0\nouter loop\n";
+    for (const auto& v : t) {
+      text += "vertex " + std::to_string(v.x()) + " " + std::to_string(v.y()) + " " +
+              std::to_string(v.z()) + "\n";
+    }
+    text += "endloop\nendfacet\n";
+  }
+  return text + "endsolid part\n";
+}
+
+std::vector<std::array<Eigen::Vector3d, 3>> tetrahedron() {
+  const Eigen::Vector3d o(0, 0, 0), x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+  return {{o, y, x}, {o, x, z}, {x, y, z}, {o, z, y}};
+}
+
+std::string binaryStl(const std::vector<std::array<Eigen::Vector3d, 3>>& triangles) {
+  std::string text(80, ' ');
+  const auto put = [&text](const void* data, std::size_t size) {
+    text.append(static_cast<const char*>(data), size);
+  };
+  const auto count = static_cast<std::uint32_t>(triangles.size());
+  put(&count, 4);
+  for (const auto& t : triangles) {
+    const float normal[3] = {0, 0, 0};
+    put(normal, 12);
+    for (const auto& v : t) {
+      const Eigen::Vector3f f = v.cast<float>();
+      put(f.data(), 12);
+    }
+    text.append(2, '\0');
+  }
+  return text;
+}
+
+/// A unit-edge tetrahedron written in `meter` units, its node moved by (1, 2, 3) and turned 90 deg
+/// about z, below a parent node scaled by 2.
+std::string dae(const std::string& meter, const std::string& up_axis) {
+  return R"(<?xml version="1.0" encoding="utf-8"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter=")" +
+         meter + R"(" name="u"/><up_axis>)" + up_axis + R"(</up_axis></asset>
+<library_geometries><geometry id="g" name="g"><mesh>
+<source id="p"><float_array id="pa" count="12">0 0 0 1 0 0 0 1 0 0 0 1</float_array>
+<technique_common><accessor source="#pa" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/><p>0 2 1 0 1 3 1 2 3 0 3 2</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s" name="s">
+<node id="parent"><scale>2 2 2</scale>
+ <node id="n1"><translate>1 2 3</translate><rotate>0 0 1 90</rotate><instance_geometry url="#g"/></node>
+ <node id="n2"><translate>5 0 0</translate><instance_geometry url="#g"/></node>
+</node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+}
+
+class ReadConvexMesh : public ::testing::Test {
+ protected:
+  std::vector<Shape> read(const std::string& name, const std::string& text,
+                          const Eigen::Vector3d& scale = Eigen::Vector3d::Ones()) {
+    return readConvexMesh(folder_.write(name, text), scale);
+  }
+
+  std::string faultOf(const std::string& name, const std::string& text) {
+    try {
+      read(name, text);
+    } catch (const FileError& error) {
+      return error.what();
+    }
+    return "read";
+  }
+
+  handover::testing::TemporaryFolder folder_;
+};
+
+TEST_F(ReadConvexMesh, KeepsObjObjectsApart) {
+  const auto shapes =
+      read("two.obj", objBox("a", {0, 0, 0}, {1, 1, 1}, 1) + objBox("b", {2, 0, 0}, {3, 2, 1}, 9));
+  ASSERT_EQ(shapes.size(), 2u);
+  EXPECT_EQ(convex(shapes[0]).vertices.size(), 8u);
+  EXPECT_EQ(convex(shapes[0]).triangles.size(), 12u);
+  EXPECT_NEAR(volumeOf(shapes[0]), 1.0, 1e-9);
+  EXPECT_NEAR(volumeOf(shapes[1]), 2.0, 1e-9);
+  EXPECT_EQ(boundsOf(shapes[1]).low, Eigen::Vector3d(2, 0, 0));
+}
+
+TEST_F(ReadConvexMesh, RefusesObjObjectsOfOneName) {
+  // assimp makes one mesh of them; two bodies apart are not convex.
+  EXPECT_THAT(faultOf("two.obj",
+                      objBox("a", {0, 0, 0}, {1, 1, 1}, 1) + objBox("a", {2, 0, 0}, {3, 2, 1}, 9)),
+              HasSubstr("part 'a' is not convex"));
+}
+
+TEST_F(ReadConvexMesh, ReadsAsciiAndBinaryStl) {
+  for (const std::string& text : {asciiStl(tetrahedron()), binaryStl(tetrahedron())}) {
+    const auto shapes = read("t.stl", text);
+    ASSERT_EQ(shapes.size(), 1u);
+    EXPECT_EQ(convex(shapes[0]).vertices.size(), 4u);
+    EXPECT_EQ(convex(shapes[0]).triangles.size(), 4u);
+    EXPECT_NEAR(volumeOf(shapes[0]), 1.0 / 6, 1e-9);
+  }
+}
+
+TEST_F(ReadConvexMesh, TurnsAnInsideOutSurfaceOutward) {
+  auto triangles = tetrahedron();
+  for (auto& t : triangles) std::swap(t[0], t[1]);
+  EXPECT_NEAR(volumeOf(read("t.stl", asciiStl(triangles)).at(0)), 1.0 / 6, 1e-9);
+}
+
+TEST_F(ReadConvexMesh, ScalesAndMirrors) {
+  const auto shapes = read("t.stl", asciiStl(tetrahedron()), {2, -3, 0.5});
+  EXPECT_NEAR(volumeOf(shapes.at(0)), 0.5, 1e-9);
+  EXPECT_EQ(boundsOf(shapes[0]).low, Eigen::Vector3d(0, -3, 0));
+  EXPECT_EQ(boundsOf(shapes[0]).high, Eigen::Vector3d(2, 0, 0.5));
+}
+
+TEST_F(ReadConvexMesh, HonoursColladaUnitsAndNodeTransforms) {
+  for (const char* up_axis : {"Z_UP", "Y_UP"}) {
+    for (const double meter : {1.0, 0.001, 0.0254}) {
+      const auto shapes = read("t.dae", dae(std::to_string(meter), up_axis));
+      ASSERT_EQ(shapes.size(), 2u) << up_axis;
+      const double size = std::stod(std::to_string(meter));
+      const Eigen::Vector3d low = size * Eigen::Vector3d(0, 4, 6);
+      EXPECT_TRUE((boundsOf(shapes[0]).low - low).norm() < 1e-6 * size);
+      EXPECT_TRUE(boundsOf(shapes[0]).high.isApprox(size * Eigen::Vector3d(2, 6, 8), 1e-6));
+      EXPECT_TRUE(boundsOf(shapes[1]).low.isApprox(size * Eigen::Vector3d(10, 0, 0), 1e-6));
+      EXPECT_TRUE(boundsOf(shapes[1]).high.isApprox(size * Eigen::Vector3d(12, 2, 2), 1e-6));
+    }
+  }
+}
+
+TEST_F(ReadConvexMesh, RefusesWhatIsNotConvex) {
+  // A square-based pyramid with its apex pushed into the body of a box below: one dent.
+  std::string text = "o dent\n";
+  text += "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nv 0.5 0.5 0.9\n";
+  text +=
+      "f 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nf 5 6 9\nf 6 7 9\nf 7 8 9\nf 8 5 9\n";
+  EXPECT_THAT(faultOf("dent.obj", text), HasSubstr("part 'dent' is not convex"));
+}
+
+TEST_F(ReadConvexMesh, RefusesEveryBadPartByName) {
+  const std::string fault = faultOf(
+      "open.obj",
+      "o one\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no two\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf 4 5 6\n");
+  EXPECT_THAT(fault, HasSubstr("part 'one' is not a closed surface"));
+  EXPECT_THAT(fault, HasSubstr("part 'two' is not a closed surface"));
+}
+
+TEST_F(ReadConvexMesh, RefusesFlatBodies) {
+  EXPECT_THAT(faultOf("flat.obj", "o f\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n"),
+              HasSubstr("has no volume"));
+}
+
+TEST_F(ReadConvexMesh, ForgivesATenthOfAMillimetre) {
+  std::string text = "o dent\n";
+  text +=
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nv 0.5 0.5 0.99999\n";
+  text +=
+      "f 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nf 5 6 9\nf 6 7 9\nf 7 8 9\nf 8 5 9\n";
+  EXPECT_EQ(read("ok.obj", text).size(), 1u);
+}
+
+TEST_F(ReadConvexMesh, RefusesOtherFormatsAndDamage) {
+  EXPECT_THAT(faultOf("a.ply", "ply\n"), HasSubstr("is not STL, OBJ or DAE"));
+  EXPECT_THAT(faultOf("a.dae", "<COLLADA"), HasSubstr("cannot be read as a mesh"));
+  EXPECT_THAT(faultOf("a.stl", "hello"), HasSubstr("cannot be read as a mesh"));
+  EXPECT_NE(faultOf("a.obj", "o x\nv 0 0\nf 1 2 9\n"), "read");
+  EXPECT_NE(faultOf("b.obj", ""), "read");
+  EXPECT_NE(faultOf("c.obj", "o x\nv 0 0 0\nv 1 0 0\nv nan 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\n"),
+            "read");
+  std::string cut = binaryStl(tetrahedron());
+  cut.resize(cut.size() - 60);
+  EXPECT_NE(faultOf("cut.stl", cut), "read");
+  EXPECT_THROW(readConvexMesh(folder_.path() / "none.stl", Eigen::Vector3d::Ones()), FileError);
+}
+
+TEST_F(ReadConvexMesh, FitsIntoCompoundGeometry) {
+  folder_.write("t.stl", asciiStl(tetrahedron()));
+  CompoundGeometry compound;
+  GeometryPart box;
+  box.X_OS.xyz = {0, 0, 2};
+  box.geometry = BoxGeometry{{1, 2, 3}};
+  GeometryPart mesh;
+  mesh.X_OS.xyz = {1, 0, 0};
+  mesh.geometry = MeshGeometry{"t.stl", {1, 1, 1}};
+  compound.parts = {box, mesh};
+  const auto shapes = shapesOf(compound, folder_.path());
+  ASSERT_EQ(shapes.size(), 2u);
+  EXPECT_EQ(std::get<BoxShape>(shapes[0].geometry).size, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(shapes[0].X_BS.translation(), Eigen::Vector3d(0, 0, 2));
+  EXPECT_EQ(shapes[1].X_BS.translation(), Eigen::Vector3d(1, 0, 0));
+}
+
+}  // namespace
+}  // namespace handover
