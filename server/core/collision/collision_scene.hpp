@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Collision over a scene: an immutable snapshot per scene revision, and a cheap instance per worker.
+// Collision over a scene: an immutable snapshot per scene revision, and a cheap instance per
+// worker.
 #pragma once
 
 #include "core/model/scene.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -13,42 +15,55 @@
 
 namespace handover {
 
-/// A robot's link with shapes, or an object. Dense from 0.
+/// A robot's link with shapes, or an object. Dense from 0: the robots' links in order, then the
+/// objects.
 using BodyId = int;
 
 struct BodyContact {
   BodyId a = -1, b = -1;
-  double depth = 0;          ///< [m], > 0: the bodies overlap by this, less the margins
+  double depth = 0;  ///< [m], > 0: the shapes overlap by this; in [-2 mm, 0]: only their margins do
 };
 
-/// Closest points of two bodies.
+/// Closest points of two bodies; of overlapping ones, the points that are deepest in each other.
 struct BodyDistance {
-  double distance = 0;       ///< [m]; <= 0: they touch or overlap
+  double distance = 0;  ///< [m]; < 0: they overlap, by the least move that would part them
   Eigen::Vector3d p_Wa, p_Wb;
-  Eigen::Vector3d n_W;       ///< unit, from b towards a: b's outward normal at the contact
+  Eigen::Vector3d n_W;  ///< unit, from b towards a: b's outward normal at the contact
 };
 
 /// A symmetric set of body pairs.
 class BodyPairs {
  public:
-  explicit BodyPairs(int bodies) : bodies_(bodies), bits_(static_cast<std::size_t>(bodies) * static_cast<std::size_t>(bodies)) {}
+  explicit BodyPairs(int bodies)
+      : bodies_(bodies),
+        bits_(static_cast<std::size_t>(bodies) * static_cast<std::size_t>(bodies)) {}
+
   void insert(BodyId a, BodyId b) { bits_[at(a, b)] = bits_[at(b, a)] = true; }
+
+  /// Every pair of one of `as` with one of `bs`; ids of -1 (links without shapes) are passed over.
+  void insert(const std::vector<BodyId>& as, const std::vector<BodyId>& bs);
+
   void erase(BodyId a, BodyId b) { bits_[at(a, b)] = bits_[at(b, a)] = false; }
+
   bool contains(BodyId a, BodyId b) const { return bits_[at(a, b)]; }
+
   int bodies() const { return bodies_; }
 
  private:
   std::size_t at(BodyId a, BodyId b) const {
-    return static_cast<std::size_t>(a) * static_cast<std::size_t>(bodies_) + static_cast<std::size_t>(b);
+    return static_cast<std::size_t>(a) * static_cast<std::size_t>(bodies_) +
+           static_cast<std::size_t>(b);
   }
+
   int bodies_;
   std::vector<bool> bits_;
 };
 
-/// Immutable; safe from any thread. Shapes carry 1 mm of margin, so pairs nearer than about 2 mm
-/// count as contacts (design §7, reference measurements).
+/// Immutable; safe from any thread. Shapes carry 1 mm of margin, so pairs nearer than 2 mm count as
+/// contacts: Bullet misses true overlaps without, and everything that is reported is within 3 mm.
 class CollisionScene {
  public:
+  /// @throws std::invalid_argument for poses or sizes that are not finite, names that do not exist.
   explicit CollisionScene(const Scene& scene);
   ~CollisionScene();
 
@@ -57,12 +72,15 @@ class CollisionScene {
   const std::string& name(BodyId body) const;
   /// -1 where the link has no shapes.
   BodyId linkBody(int robot, int link) const;
+  /// Bodies of those links that have shapes, in the order given.
+  std::vector<BodyId> linkBodies(int robot, const std::vector<int>& links) const;
   BodyId objectBody(int object) const;
-  /// Pairs never tested (design §5): links joined by a joint, through fixed ones too; SRDF pairs with
-  /// reason Adjacent or Always; `attached_to` with its touch_links; resting pairs.
+  /// Pairs never tested (design §5): links joined by a joint, through fixed ones too; SRDF pairs
+  /// with reason Adjacent or Always; `attached_to` with its touch_links; resting pairs.
   const BodyPairs& standingPairs() const;
 
   struct Data;
+
   const Data& data() const { return *data_; }
 
  private:
@@ -74,8 +92,8 @@ struct PairList {
   std::vector<std::pair<BodyId, BodyId>> pairs;
 };
 
-/// One worker's collision world over a CollisionScene: body poses that can be set, Bullet's verdicts.
-/// Not thread-safe; make one per worker. Copying poses between instances is not needed: set them.
+/// One worker's collision world over a CollisionScene: body poses that can be set, Bullet's
+/// verdicts. Verdicts are functions of the poses alone. Not thread-safe; make one per worker.
 class CollisionWorld {
  public:
   explicit CollisionWorld(std::shared_ptr<const CollisionScene> scene);
@@ -86,13 +104,18 @@ class CollisionWorld {
 
   /// Everything as in the scene: robots at q_start, objects at their poses.
   void reset();
+  /// @throws std::invalid_argument when the pose is not finite.
   void setPose(BodyId body, const Pose& X_WBody);
   const Pose& pose(BodyId body) const;
-  /// Sets the poses of all links of a robot (X_WL by link index, from linkPoses()).
+  /// Sets the poses of all links of a robot (X_WL by link index, from linkPoses()), and of the
+  /// objects that the scene attaches to one of them.
   void setRobot(int robot, const std::vector<Pose>& X_WL);
+  /// Rises with every pose that is set: tells whether somebody has moved anything since.
+  std::uint64_t changes() const;
 
-  /// Pairs of (a body in `moving`) with (any body), less `allowed` and less pairs within a rigid group
-  /// (bodies of the same group number >= 0 in `rigid_group` move as one and are not tested).
+  /// Pairs of (a body in `moving`) with (any body), less `allowed`, less the standing pairs and
+  /// less pairs within a rigid group (bodies of the same group number >= 0 in `rigid_group`, by
+  /// body, move as one and are not tested).
   PairList makePairs(const std::vector<BodyId>& moving, const BodyPairs& allowed,
                      const std::vector<int>& rigid_group = {}) const;
 
@@ -100,8 +123,8 @@ class CollisionWorld {
   bool isFree(const PairList& pairs, BodyContact* hit = nullptr);
   /// Every touching pair of the list, with depth.
   std::vector<BodyContact> contacts(const PairList& pairs);
-  /// Distance of two bodies up to `max_distance`; nullopt if they are farther apart. Margins taken off:
-  /// the distance of the shapes themselves, positive when apart.
+  /// Distance of two bodies up to `max_distance`; nullopt if they are farther apart. Margins taken
+  /// off: the distance of the shapes themselves, positive when apart.
   std::optional<BodyDistance> distance(BodyId a, BodyId b, double max_distance);
 
  private:

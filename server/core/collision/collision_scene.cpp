@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/collision/collision_scene.hpp"
+
+#include "core/collision/scene_data.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <stdexcept>
+
+namespace handover {
+namespace {
+
+struct Box {
+  Pose X_SBox = Pose::Identity();
+  Eigen::Vector3d half = Eigen::Vector3d::Zero();
+};
+
+Box boxAlong(const Eigen::Matrix3d& R_SBox, const std::vector<Eigen::Vector3d>& vertices) {
+  Eigen::Vector3d lower = R_SBox.transpose() * vertices.front();
+  Eigen::Vector3d upper = lower;
+  for (const Eigen::Vector3d& v : vertices) {
+    lower = lower.cwiseMin(R_SBox.transpose() * v);
+    upper = upper.cwiseMax(R_SBox.transpose() * v);
+  }
+  Box box;
+  box.X_SBox.linear() = R_SBox;
+  box.X_SBox.translation() = R_SBox * (0.5 * (lower + upper));
+  box.half = 0.5 * (upper - lower);
+  return box;
+}
+
+// The smaller of the box along the shape's own axes and the one along its principal axes.
+Box hullBox(const std::vector<Eigen::Vector3d>& vertices) {
+  const Box own = boxAlong(Eigen::Matrix3d::Identity(), vertices);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& v : vertices) mean += v / static_cast<double>(vertices.size());
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& v : vertices) covariance += (v - mean) * (v - mean).transpose();
+  Eigen::Matrix3d axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvectors();
+  if (axes.determinant() < 0) axes.col(2) *= -1;
+  const Box principal = boxAlong(axes, vertices);
+  return principal.half.prod() < own.half.prod() ? principal : own;
+}
+
+struct BoxOf {
+  Box operator()(const BoxShape& box) const { return {Pose::Identity(), 0.5 * box.size}; }
+
+  Box operator()(const SphereShape& sphere) const {
+    return {Pose::Identity(), Eigen::Vector3d::Constant(sphere.radius)};
+  }
+
+  Box operator()(const CylinderShape& c) const {
+    return {Pose::Identity(), Eigen::Vector3d(c.radius, c.radius, 0.5 * c.length)};
+  }
+
+  Box operator()(const ConvexShape& convex) const { return hullBox(convex.vertices); }
+};
+
+SceneShape sceneShape(const Shape& shape) {
+  if (!shape.X_BS.matrix().allFinite()) throw std::invalid_argument("a shape's pose is not finite");
+  NarrowShape narrow(shape);
+  const Box box = std::visit(BoxOf{}, shape.geometry);
+  return {std::move(narrow), shape.X_BS, shape.X_BS * box.X_SBox,
+          box.half + Eigen::Vector3d::Constant(kCollisionMargin)};
+}
+
+void addBody(CollisionScene::Data& data, std::string name, BodyOwner owner,
+             const std::vector<Shape>& shapes) {
+  data.names.push_back(std::move(name));
+  data.owners.push_back(owner);
+  for (const Shape& shape : shapes) data.shapes.push_back(sceneShape(shape));
+  data.first_shape.push_back(static_cast<int>(data.shapes.size()));
+}
+
+void addRobotBodies(CollisionScene::Data& data, const SceneRobot& robot, int index) {
+  const RobotModel& model = *robot.model;
+  std::vector<BodyId> bodies(model.links.size(), -1);
+  for (std::size_t l = 0; l < model.links.size(); ++l) {
+    if (model.links[l].collision.empty()) continue;
+    bodies[l] = static_cast<BodyId>(data.names.size());
+    addBody(data, robot.name + "/" + model.links[l].name, {index, static_cast<int>(l), -1},
+            model.links[l].collision);
+  }
+  data.link_bodies.push_back(std::move(bodies));
+}
+
+BodyId findObjectBody(const CollisionScene::Data& data, const Scene& scene, const std::string& name,
+                      const std::string& asked_by) {
+  const int object = scene.findObject(name);
+  if (object < 0) throw std::invalid_argument(asked_by + " rests on '" + name + "', no object");
+  return data.object_bodies[static_cast<std::size_t>(object)];
+}
+
+void addLinkPairs(CollisionScene::Data& data, const RobotModel& model,
+                  const std::vector<BodyId>& bodies) {
+  const int links = static_cast<int>(bodies.size());
+  const auto body = [&](int link) { return bodies[static_cast<std::size_t>(link)]; };
+  for (int a = 0; a < links; ++a) {
+    for (int b = a + 1; b < links; ++b) {
+      if (body(a) < 0 || body(b) < 0) continue;
+      if (model.adjacent(a, b)) data.standing.insert(body(a), body(b));
+    }
+  }
+  for (const auto& [pair, reason] : model.disabled_pairs) {
+    if (reason != "Adjacent" && reason != "Always") continue;
+    if (body(pair.first) < 0 || body(pair.second) < 0) continue;
+    data.standing.insert(body(pair.first), body(pair.second));
+  }
+}
+
+void addRestingPairs(CollisionScene::Data& data, const Scene& scene) {
+  for (std::size_t r = 0; r < scene.robots.size(); ++r) {
+    for (const auto& [link, name] : scene.robots[r].resting) {
+      const std::string who = scene.robots[r].name;
+      const BodyId other = findObjectBody(data, scene, name, who);
+      const BodyId body = data.link_bodies[r].at(static_cast<std::size_t>(link));
+      if (body >= 0) data.standing.insert(body, other);
+    }
+  }
+  for (std::size_t o = 0; o < scene.objects.size(); ++o) {
+    for (const std::string& name : scene.objects[o].resting) {
+      const BodyId other = findObjectBody(data, scene, name, scene.objects[o].name);
+      data.standing.insert(data.object_bodies[o], other);
+    }
+  }
+}
+
+void addAttachmentPairs(CollisionScene::Data& data, const Scene& scene) {
+  for (std::size_t o = 0; o < scene.objects.size(); ++o) {
+    const std::optional<Attachment>& attached = scene.objects[o].attached_to;
+    if (!attached) continue;
+    std::vector<int> links = attached->touch_links;
+    links.push_back(attached->link);
+    for (int link : links) {
+      const BodyId body = data.link_bodies.at(static_cast<std::size_t>(attached->robot))
+                              .at(static_cast<std::size_t>(link));
+      if (body >= 0) data.standing.insert(body, data.object_bodies[o]);
+    }
+  }
+}
+
+}  // namespace
+
+void BodyPairs::insert(const std::vector<BodyId>& as, const std::vector<BodyId>& bs) {
+  for (BodyId a : as) {
+    for (BodyId b : bs) {
+      if (a >= 0 && b >= 0) insert(a, b);
+    }
+  }
+}
+
+CollisionScene::CollisionScene(const Scene& scene) {
+  auto data = std::make_unique<Data>();
+  data->robots = scene.robots;
+  data->first_shape.push_back(0);
+  for (std::size_t r = 0; r < scene.robots.size(); ++r) {
+    addRobotBodies(*data, scene.robots[r], static_cast<int>(r));
+  }
+  for (std::size_t o = 0; o < scene.objects.size(); ++o) {
+    const SceneObject& object = scene.objects[o];
+    data->object_bodies.push_back(static_cast<BodyId>(data->names.size()));
+    data->objects.push_back({object.X_WO, object.attached_to});
+    addBody(*data, object.name, {-1, -1, static_cast<int>(o)}, object.shapes);
+  }
+  data->standing = BodyPairs(static_cast<int>(data->names.size()));
+  for (std::size_t r = 0; r < scene.robots.size(); ++r) {
+    addLinkPairs(*data, *scene.robots[r].model, data->link_bodies[r]);
+  }
+  addRestingPairs(*data, scene);
+  addAttachmentPairs(*data, scene);
+  data_ = std::move(data);
+}
+
+CollisionScene::~CollisionScene() = default;
+
+int CollisionScene::bodies() const { return static_cast<int>(data_->names.size()); }
+
+const std::string& CollisionScene::name(BodyId body) const {
+  return data_->names.at(static_cast<std::size_t>(body));
+}
+
+BodyId CollisionScene::linkBody(int robot, int link) const {
+  return data_->link_bodies.at(static_cast<std::size_t>(robot)).at(static_cast<std::size_t>(link));
+}
+
+std::vector<BodyId> CollisionScene::linkBodies(int robot, const std::vector<int>& links) const {
+  std::vector<BodyId> bodies;
+  for (int link : links) {
+    const BodyId body = linkBody(robot, link);
+    if (body >= 0) bodies.push_back(body);
+  }
+  return bodies;
+}
+
+BodyId CollisionScene::objectBody(int object) const {
+  return data_->object_bodies.at(static_cast<std::size_t>(object));
+}
+
+const BodyPairs& CollisionScene::standingPairs() const { return data_->standing; }
+
+}  // namespace handover

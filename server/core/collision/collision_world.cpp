@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/collision/collision_scene.hpp"
+#include "core/collision/scene_data.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+namespace handover {
+namespace {
+
+// An axis-aligned box in world. Its faces are touched as well.
+struct Aabb {
+  Eigen::Vector3d lower = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector3d upper = Eigen::Vector3d::Constant(-std::numeric_limits<double>::infinity());
+
+  void add(const Aabb& other) {
+    lower = lower.cwiseMin(other.lower);
+    upper = upper.cwiseMax(other.upper);
+  }
+};
+
+bool overlap(const Aabb& a, const Aabb& b) {
+  return a.lower.x() <= b.upper.x() && b.lower.x() <= a.upper.x() && a.lower.y() <= b.upper.y() &&
+         b.lower.y() <= a.upper.y() && a.lower.z() <= b.upper.z() && b.lower.z() <= a.upper.z();
+}
+
+// Squared distance of two boxes: 0 when they overlap.
+double squaredGap(const Aabb& a, const Aabb& b) {
+  const Eigen::Vector3d gap = (a.lower - b.upper).cwiseMax(b.lower - a.upper).cwiseMax(0.0);
+  return gap.squaredNorm();
+}
+
+Aabb worldBox(const Pose& X_WBody, const SceneShape& shape) {
+  const Eigen::Matrix3d R = X_WBody.linear() * shape.X_BBox.linear();
+  const Eigen::Vector3d half = R.cwiseAbs() * shape.box_half;
+  const Eigen::Vector3d middle = X_WBody * shape.X_BBox.translation();
+  Aabb box;
+  box.lower = middle - half;
+  box.upper = middle + half;
+  return box;
+}
+
+}  // namespace
+
+struct CollisionWorld::Data {
+  explicit Data(std::shared_ptr<const CollisionScene> of)
+      : scene(std::move(of)),
+        poses(scene->data().names.size(), Pose::Identity()),
+        body_boxes(scene->data().names.size()),
+        shape_boxes(scene->data().shapes.size()) {}
+
+  std::shared_ptr<const CollisionScene> scene;
+  std::vector<Pose> poses;
+  std::vector<Aabb> body_boxes;
+  std::vector<Aabb> shape_boxes;
+  std::vector<Pose> X_WL;  ///< scratch of reset()
+  std::uint64_t changes = 0;
+
+  const SceneShape& shape(int index) const {
+    return scene->data().shapes[static_cast<std::size_t>(index)];
+  }
+
+  const Aabb& shapeBox(int index) const { return shape_boxes[static_cast<std::size_t>(index)]; }
+
+  int firstShape(BodyId body) const {
+    return scene->data().first_shape[static_cast<std::size_t>(body)];
+  }
+
+  bool boxesOverlap(BodyId a, BodyId b) const {
+    return overlap(body_boxes[static_cast<std::size_t>(a)],
+                   body_boxes[static_cast<std::size_t>(b)]);
+  }
+
+  Pose shapePose(BodyId body, int index) const {
+    return poses[static_cast<std::size_t>(body)] * shape(index).X_BS;
+  }
+
+  bool bodiesTouch(BodyId a, BodyId b) const;
+  std::optional<BodyDistance> bodyDistance(BodyId a, BodyId b, double max_distance) const;
+};
+
+bool CollisionWorld::Data::bodiesTouch(BodyId a, BodyId b) const {
+  for (int i = firstShape(a); i < firstShape(a + 1); ++i) {
+    for (int j = firstShape(b); j < firstShape(b + 1); ++j) {
+      if (!overlap(shapeBox(i), shapeBox(j))) continue;
+      if (touching(shape(i).narrow, shapePose(a, i), shape(j).narrow, shapePose(b, j))) return true;
+    }
+  }
+  return false;
+}
+
+std::optional<BodyDistance> CollisionWorld::Data::bodyDistance(BodyId a, BodyId b,
+                                                               double max_distance) const {
+  std::optional<BodyDistance> best;
+  double limit = max_distance;
+  for (int i = firstShape(a); i < firstShape(a + 1); ++i) {
+    for (int j = firstShape(b); j < firstShape(b + 1); ++j) {
+      // The boxes include the margins, so their gap is smaller than that of the shapes: safe.
+      if (limit >= 0 && squaredGap(shapeBox(i), shapeBox(j)) > limit * limit) continue;
+      if (limit < 0 && !overlap(shapeBox(i), shapeBox(j))) continue;
+      const ShapeDistance found =
+          shapeDistance(shape(i).narrow, shapePose(a, i), shape(j).narrow, shapePose(b, j));
+      if (found.distance > limit) continue;
+      limit = found.distance;
+      best = BodyDistance{found.distance, found.p_Wa, found.p_Wb, found.n_W};
+    }
+  }
+  return best;
+}
+
+CollisionWorld::CollisionWorld(std::shared_ptr<const CollisionScene> scene)
+    : data_(std::make_unique<Data>(std::move(scene))) {
+  reset();
+}
+
+CollisionWorld::~CollisionWorld() = default;
+CollisionWorld::CollisionWorld(CollisionWorld&&) noexcept = default;
+
+const CollisionScene& CollisionWorld::scene() const { return *data_->scene; }
+
+void CollisionWorld::reset() {
+  const CollisionScene::Data& scene = data_->scene->data();
+  for (std::size_t o = 0; o < scene.objects.size(); ++o) {
+    setPose(scene.object_bodies[o], scene.objects[o].X_WO);
+  }
+  for (std::size_t r = 0; r < scene.robots.size(); ++r) {
+    const SceneRobot& robot = scene.robots[r];
+    linkPoses(*robot.model, robot.X_WB, robot.q_start, data_->X_WL);
+    setRobot(static_cast<int>(r), data_->X_WL);
+  }
+}
+
+void CollisionWorld::setPose(BodyId body, const Pose& X_WBody) {
+  if (!X_WBody.matrix().allFinite()) {
+    throw std::invalid_argument("pose of " + data_->scene->name(body) + " is not finite");
+  }
+  data_->poses[static_cast<std::size_t>(body)] = X_WBody;
+  Aabb whole;
+  for (int i = data_->firstShape(body); i < data_->firstShape(body + 1); ++i) {
+    const Aabb box = worldBox(X_WBody, data_->shape(i));
+    data_->shape_boxes[static_cast<std::size_t>(i)] = box;
+    whole.add(box);
+  }
+  data_->body_boxes[static_cast<std::size_t>(body)] = whole;
+  ++data_->changes;
+}
+
+std::uint64_t CollisionWorld::changes() const { return data_->changes; }
+
+const Pose& CollisionWorld::pose(BodyId body) const {
+  return data_->poses.at(static_cast<std::size_t>(body));
+}
+
+void CollisionWorld::setRobot(int robot, const std::vector<Pose>& X_WL) {
+  const CollisionScene::Data& scene = data_->scene->data();
+  const std::vector<BodyId>& bodies = scene.link_bodies.at(static_cast<std::size_t>(robot));
+  if (X_WL.size() != bodies.size()) throw std::invalid_argument("setRobot: one pose per link");
+  for (std::size_t l = 0; l < bodies.size(); ++l) {
+    if (bodies[l] >= 0) setPose(bodies[l], X_WL[l]);
+  }
+  for (std::size_t o = 0; o < scene.objects.size(); ++o) {
+    const std::optional<Attachment>& attached = scene.objects[o].attached_to;
+    if (!attached || attached->robot != robot) continue;
+    setPose(scene.object_bodies[o],
+            X_WL[static_cast<std::size_t>(attached->link)] * attached->X_LO);
+  }
+}
+
+PairList CollisionWorld::makePairs(const std::vector<BodyId>& moving, const BodyPairs& allowed,
+                                   const std::vector<int>& rigid_group) const {
+  const CollisionScene& scene = *data_->scene;
+  const auto group = [&](BodyId body) {
+    const auto i = static_cast<std::size_t>(body);
+    return i < rigid_group.size() ? rigid_group[i] : -1;
+  };
+  std::vector<bool> done(static_cast<std::size_t>(scene.bodies()));
+  PairList list;
+  for (BodyId a : moving) {
+    if (a < 0 || done[static_cast<std::size_t>(a)]) continue;
+    done[static_cast<std::size_t>(a)] = true;
+    for (BodyId b = 0; b < scene.bodies(); ++b) {
+      if (done[static_cast<std::size_t>(b)]) continue;
+      if (allowed.contains(a, b) || scene.standingPairs().contains(a, b)) continue;
+      if (group(a) >= 0 && group(a) == group(b)) continue;
+      list.pairs.emplace_back(a, b);
+    }
+  }
+  return list;
+}
+
+bool CollisionWorld::isFree(const PairList& pairs, BodyContact* hit) {
+  for (const auto& [a, b] : pairs.pairs) {
+    if (!data_->boxesOverlap(a, b) || !data_->bodiesTouch(a, b)) continue;
+    if (hit) {
+      const auto found = data_->bodyDistance(a, b, 3 * kCollisionMargin);
+      *hit = {a, b, found ? -found->distance : 0};
+    }
+    return false;
+  }
+  return true;
+}
+
+std::vector<BodyContact> CollisionWorld::contacts(const PairList& pairs) {
+  std::vector<BodyContact> found;
+  for (const auto& [a, b] : pairs.pairs) {
+    if (!data_->boxesOverlap(a, b) || !data_->bodiesTouch(a, b)) continue;
+    const auto distance = data_->bodyDistance(a, b, 3 * kCollisionMargin);
+    found.push_back({a, b, distance ? -distance->distance : 0});
+  }
+  return found;
+}
+
+std::optional<BodyDistance> CollisionWorld::distance(BodyId a, BodyId b, double max_distance) {
+  return data_->bodyDistance(a, b, max_distance);
+}
+
+}  // namespace handover

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/collision/gjk.hpp"
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace handover {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kTolerance = 1e-8;  // [m]
+constexpr int kIterations = 100;     // curved cores take the most; hulls below 20
+
+struct SupportOf {
+  const Vector3d& d;
+
+  Vector3d operator()(const BoxCore& box) const {
+    return {std::copysign(box.half.x(), d.x()), std::copysign(box.half.y(), d.y()),
+            std::copysign(box.half.z(), d.z())};
+  }
+
+  Vector3d operator()(const CylinderCore& cylinder) const {
+    const double across = std::hypot(d.x(), d.y());
+    const double scale = across > 0 ? cylinder.radius / across : 0;
+    return {d.x() * scale, d.y() * scale, std::copysign(cylinder.half_length, d.z())};
+  }
+
+  Vector3d operator()(const PointCore&) const { return Vector3d::Zero(); }
+
+  Vector3d operator()(const HullCore& hull) const {
+    std::size_t best = 0;
+    double most = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < hull.x.size(); ++i) {
+      const double along = hull.x[i] * d.x() + hull.y[i] * d.y() + hull.z[i] * d.z();
+      if (along > most) {
+        most = along;
+        best = i;
+      }
+    }
+    return {hull.x[best], hull.y[best], hull.z[best]};
+  }
+};
+
+// A point of the Minkowski difference A - B, with where it comes from.
+struct Vertex {
+  Vector3d w, p_Wa, p_Wb;
+};
+
+struct Simplex {
+  std::array<Vertex, 4> vertices;
+  std::array<double, 4> weights{};
+  int size = 0;
+};
+
+// The point of a simplex that is nearest to the origin, as weights of the vertices used.
+struct Nearest {
+  Vector3d v;
+  double squared = std::numeric_limits<double>::infinity();
+  std::array<double, 4> weights{};
+
+  void consider(const Vector3d& point, std::array<double, 4> by) {
+    const double square = point.squaredNorm();
+    if (square >= squared) return;
+    v = point;
+    squared = square;
+    weights = by;
+  }
+};
+
+void nearestOfVertex(const Simplex& s, int i, Nearest& best) {
+  std::array<double, 4> weights{};
+  weights[static_cast<std::size_t>(i)] = 1;
+  best.consider(s.vertices[static_cast<std::size_t>(i)].w, weights);
+}
+
+// Only the inside of the edge: its ends are considered by themselves.
+void nearestOfEdge(const Simplex& s, int i, int j, Nearest& best) {
+  const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
+  const Vector3d edge = s.vertices[b].w - s.vertices[a].w;
+  const double length2 = edge.squaredNorm();
+  const double along = -s.vertices[a].w.dot(edge);
+  if (along <= 0 || along >= length2) return;
+  std::array<double, 4> weights{};
+  weights[b] = along / length2;
+  weights[a] = 1 - weights[b];
+  best.consider(s.vertices[a].w + weights[b] * edge, weights);
+}
+
+void nearestOfTriangle(const Simplex& s, int i, int j, int k, Nearest& best) {
+  const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j),
+             c = static_cast<std::size_t>(k);
+  const Vector3d &A = s.vertices[a].w, &B = s.vertices[b].w, &C = s.vertices[c].w;
+  const Vector3d normal = (B - A).cross(C - A);
+  const double area2 = normal.squaredNorm();
+  if (area2 == 0) return;
+  const double u = normal.dot(B.cross(C)), v = normal.dot(C.cross(A)), w = normal.dot(A.cross(B));
+  if (u < 0 || v < 0 || w < 0) return;
+  std::array<double, 4> weights{};
+  weights[a] = u / area2;
+  weights[b] = v / area2;
+  weights[c] = w / area2;
+  best.consider(normal * (normal.dot(A) / area2), weights);
+}
+
+double volume(const Vector3d& a, const Vector3d& b, const Vector3d& c) { return a.dot(b.cross(c)); }
+
+// True when the origin is inside; the weights then are its barycentric coordinates.
+bool originInside(const Simplex& s, std::array<double, 4>& weights) {
+  const Vector3d &A = s.vertices[0].w, &B = s.vertices[1].w, &C = s.vertices[2].w,
+                 &D = s.vertices[3].w;
+  const double whole = volume(B - A, C - A, D - A);
+  const std::array<double, 4> parts{volume(B, C, D), -volume(A, C, D), volume(A, B, D),
+                                    -volume(A, B, C)};
+  if (whole == 0) return false;
+  for (std::size_t i = 0; i < 4; ++i) {
+    weights[i] = parts[i] / whole;
+    if (!(weights[i] >= 0)) return false;
+  }
+  return true;
+}
+
+// All faces, edges and vertices are looked at, so that flat simplices do no harm; those that cannot
+// hold the nearest point (they lack the vertex just added) have been beaten already.
+Nearest nearestPoint(const Simplex& s) {
+  Nearest best;
+  const int last = s.size - 1;
+  nearestOfVertex(s, last, best);
+  for (int i = 0; i < last; ++i) {
+    nearestOfEdge(s, i, last, best);
+    for (int j = i + 1; j < last; ++j) nearestOfTriangle(s, i, j, last, best);
+  }
+  return best;
+}
+
+void keepUsed(Simplex& s, const std::array<double, 4>& weights) {
+  int kept = 0;
+  for (int i = 0; i < s.size; ++i) {
+    const auto from = static_cast<std::size_t>(i), to = static_cast<std::size_t>(kept);
+    if (!(weights[from] > 0)) continue;
+    s.vertices[to] = s.vertices[from];
+    s.weights[to] = weights[from];
+    ++kept;
+  }
+  s.size = kept;
+}
+
+void setPoints(const Simplex& s, GjkResult& result) {
+  result.p_Wa.setZero();
+  result.p_Wb.setZero();
+  for (int i = 0; i < s.size; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    result.p_Wa += s.weights[at] * s.vertices[at].p_Wa;
+    result.p_Wb += s.weights[at] * s.vertices[at].p_Wb;
+  }
+}
+
+}  // namespace
+
+Vector3d supportPoint(const ConvexCore& core, const Vector3d& direction) {
+  return std::visit(SupportOf{direction}, core);
+}
+
+GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCore& b,
+              const Eigen::Isometry3d& X_WB, double enough, double near) {
+  const auto support = [&](const Vector3d& d) {
+    Vertex vertex;
+    vertex.p_Wa = X_WA * supportPoint(a, X_WA.linear().transpose() * d);
+    vertex.p_Wb = X_WB * supportPoint(b, X_WB.linear().transpose() * -d);
+    vertex.w = vertex.p_Wa - vertex.p_Wb;
+    return vertex;
+  };
+  Vector3d start = X_WA.translation() - X_WB.translation();
+  if (start.squaredNorm() < 1e-12) start = Vector3d::UnitX();
+
+  GjkResult result;
+  Simplex simplex;
+  simplex.vertices[0] = support(-start);
+  simplex.weights[0] = 1;
+  simplex.size = 1;
+  Vector3d v = simplex.vertices[0].w;
+  for (int i = 0; i < kIterations; ++i) {
+    result.at_most = v.norm();
+    if (result.at_most < kTolerance) {
+      result.overlap = true;
+      break;
+    }
+    if (result.at_most <= near) break;
+    const Vertex added = support(-v);
+    result.at_least = std::max(result.at_least, v.dot(added.w) / result.at_most);
+    if (result.at_least > enough || result.at_most - result.at_least < kTolerance) break;
+    Simplex next = simplex;
+    next.vertices[static_cast<std::size_t>(next.size++)] = added;
+    std::array<double, 4> inside{};
+    if (next.size == 4 && originInside(next, inside)) {
+      simplex = next;
+      simplex.weights = inside;
+      result.overlap = true;
+      break;
+    }
+    const Nearest nearest = nearestPoint(next);
+    // Rounding has the last word: no nearer than before.
+    if (nearest.squared >= v.squaredNorm()) break;
+    keepUsed(next, nearest.weights);
+    simplex = next;
+    v = nearest.v;
+  }
+  if (result.overlap) result.at_least = result.at_most = 0;
+  setPoints(simplex, result);
+  return result;
+}
+
+}  // namespace handover

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Distance of two convex cores with a proof: a pair of points (no farther apart than this) and a
+// separating plane (no nearer than that). Bullet's own solvers give neither, and are wrong by up to
+// centimetres in a few of a thousand random pairs of hulls.
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include <variant>
+#include <vector>
+
+namespace handover {
+
+struct BoxCore {
+  Eigen::Vector3d half;
+};
+
+struct CylinderCore {
+  double radius, half_length;
+};
+
+struct PointCore {};
+
+struct HullCore {
+  std::vector<double> x, y, z;  ///< vertices
+};
+
+using ConvexCore = std::variant<BoxCore, CylinderCore, PointCore, HullCore>;
+
+/// The core's point that is farthest along `direction`, which need not be a unit vector.
+Eigen::Vector3d supportPoint(const ConvexCore& core, const Eigen::Vector3d& direction);
+
+struct GjkResult {
+  /// No pair of points is nearer than this [m]: by a plane between the cores. 0 when there is none.
+  double at_least = 0;
+  /// p_Wa and p_Wb are this far apart [m]; 0 when the cores overlap.
+  double at_most = 0;
+  bool overlap = false;
+  Eigen::Vector3d p_Wa = Eigen::Vector3d::Zero(), p_Wb = Eigen::Vector3d::Zero();
+};
+
+/// Stops as soon as at_least > enough, at_most <= near, or both agree to 1e-8 m.
+GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCore& b,
+              const Eigen::Isometry3d& X_WB, double enough, double near);
+
+}  // namespace handover

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Is one robot's configuration free of contact while everything else stands still? The question
+// that grasp pruning and motion planning ask by the thousand.
+#pragma once
+
+#include "core/collision/collision_scene.hpp"
+
+namespace handover {
+
+/// An object that moves with a link of the moving robot.
+struct HeldObject {
+  int object = -1;  ///< index in Scene::objects
+  int link = -1;    ///< of the moving robot
+  Pose X_LO = Pose::Identity();
+};
+
+/// What moves, and where everything else stands meanwhile.
+struct StateCheckerSetup {
+  /// Robots at q_start, objects at their places, nothing held, nothing allowed.
+  StateCheckerSetup(const CollisionScene& scene, int moving_robot, std::vector<int> moving_dofs);
+
+  int robot = -1;  ///< the moving robot, index in Scene::robots
+  std::vector<int>
+      dofs;  ///< its moving dofs (an arm's, a hand's), in the order of the states asked
+  std::vector<RobotVector>
+      q;  ///< by robot; of the moving one, the joints that are not in `dofs` count
+  /// By object. Those that the scene attaches to a link go with that link whatever stands here,
+  /// unless they are held.
+  std::vector<Pose> X_WO;
+  std::optional<HeldObject> held;
+  BodyPairs allowed;  ///< pairs that may touch, beyond the standing ones
+};
+
+/// Tests states of some joints of one robot: their links, and the objects these carry, against each
+/// other and against everything else; pairs that move as one, standing and allowed pairs left out.
+/// So a hand whose fingers stand still is never tested against itself.
+/// Several checkers may share one world: each sets the whole scene anew when someone else has moved
+/// anything in it since its own last state. Changing between checkers state by state is thus slow.
+/// Not thread-safe, like its world, which must outlive it. No allocation per state.
+class StateChecker {
+ public:
+  /// @throws std::invalid_argument for indices out of range, sizes that do not fit, poses not
+  /// finite.
+  StateChecker(CollisionWorld& world, StateCheckerSetup setup);
+
+  /// Puts the whole scene in place: robots, objects; the moving joints where they stand in the
+  /// setup. Optional: valid() and hit() do it when it is needed.
+  void activate();
+
+  /// True when nothing touches at these positions of `dofs` [rad or m]. Limits are not looked at.
+  /// @throws std::invalid_argument when the size is wrong or an entry is not finite.
+  bool valid(const Eigen::Ref<const Eigen::VectorXd>& q);
+  /// The first touching pair found; always the same one for the same q.
+  std::optional<BodyContact> hit(const Eigen::Ref<const Eigen::VectorXd>& q);
+  /// Every touching pair.
+  std::vector<BodyContact> contacts(const Eigen::Ref<const Eigen::VectorXd>& q);
+  /// Moves everything to q without testing, e.g. to ask world().distance().
+  void place(const Eigen::Ref<const Eigen::VectorXd>& q);
+
+  /// Another posture of one robot (of the moving one: its joints that are not in `dofs`).
+  void setPosture(int robot, const RobotVector& q);
+  /// Another place of an object that is neither held nor attached.
+  void setObject(int object, const Pose& X_WO);
+  /// Another hold of the held object. @pre the setup holds one.
+  void setHold(const Pose& X_LO);
+
+  CollisionWorld& world() { return *world_; }
+
+  /// Bodies that move, carried objects included.
+  const std::vector<BodyId>& moving() const { return moving_; }
+
+  const PairList& pairs() const { return pairs_; }
+
+  /// Link poses of the moving robot at the last state asked.
+  const std::vector<Pose>& linkPoses() const { return X_WL_; }
+
+ private:
+  struct CarriedObject {
+    BodyId body;
+    int link;
+    Pose X_LO;
+  };
+
+  struct MovingLink {
+    BodyId body;
+    int link;
+  };
+
+  void checkSetup() const;
+  std::vector<int> rigidGroups() const;
+  void compile();
+
+  CollisionWorld* world_;
+  StateCheckerSetup setup_;
+  std::vector<int> links_;               ///< that move, ascending, with shapes or without
+  std::vector<MovingLink> link_bodies_;  ///< those of them with shapes
+  std::vector<CarriedObject> carried_;
+  std::vector<BodyId> moving_;
+  PairList pairs_;
+  RobotVector q_;  ///< of the moving robot at the last state asked
+  std::vector<Pose> X_WL_;
+  std::uint64_t seen_changes_ = 0;  ///< of the world, at the last state asked
+  bool stale_ = true;               ///< the setup changed since
+};
+
+}  // namespace handover

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Our shapes as FCL's, and FCL's answers by both of its solvers: each is wrong now and then (libccd
+// stops early in some pairs of hulls, the other one drifts by up to 2 cm), never both in the same
+// way.
+#pragma once
+
+#include "core/model/shape.hpp"
+
+#include <memory>
+
+namespace handover::test {
+
+/// FCL behind a pointer: its headers are slow to compile.
+class FclShape {
+ public:
+  explicit FclShape(const Shape& shape);
+  ~FclShape();
+  FclShape(FclShape&&) noexcept;
+
+  struct Data;
+  std::unique_ptr<Data> data;
+};
+
+/// The smaller and the larger answer of the two solvers [m]; -1 stands for an overlap.
+struct FclDistance {
+  double low = 0, high = 0;
+};
+
+FclDistance fclDistance(const FclShape& a, const Pose& X_WA, const FclShape& b, const Pose& X_WB);
+
+/// True when both solvers say that the shapes overlap.
+bool fclOverlap(const FclShape& a, const Pose& X_WA, const FclShape& b, const Pose& X_WB);
+
+}  // namespace handover::test

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/collision/narrow_phase.hpp"
+
+#include "random_shapes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace handover::test {
+namespace {
+
+Pose at(double x, double y, double z) {
+  Pose X = Pose::Identity();
+  X.translation() = Eigen::Vector3d(x, y, z);
+  return X;
+}
+
+NarrowShape box(double x, double y, double z) {
+  Shape shape;
+  shape.geometry = BoxShape{Eigen::Vector3d(x, y, z)};
+  return NarrowShape(shape);
+}
+
+NarrowShape sphere(double radius) {
+  Shape shape;
+  shape.geometry = SphereShape{radius};
+  return NarrowShape(shape);
+}
+
+NarrowShape cylinder(double radius, double length) {
+  Shape shape;
+  shape.geometry = CylinderShape{radius, length};
+  return NarrowShape(shape);
+}
+
+NarrowShape tetrahedron() {
+  Shape shape;
+  ConvexShape hull;
+  hull.vertices = {{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}};
+  hull.triangles = hullTriangles(hull.vertices);
+  shape.geometry = hull;
+  return NarrowShape(shape);
+}
+
+TEST(NarrowPhase, TouchesWithinTwoMarginsAndNotBeyond) {
+  const NarrowShape thin = box(0.1, 0.1, 0.002);
+  for (const NarrowShape* other : {&thin}) {
+    EXPECT_TRUE(touching(thin, at(0, 0, 0), *other, at(0, 0, 0.0039)));
+    EXPECT_FALSE(touching(thin, at(0, 0, 0), *other, at(0, 0, 0.0041)));
+  }
+  EXPECT_TRUE(touching(sphere(0.05), at(0, 0, 0), sphere(0.02), at(0.0719, 0, 0)));
+  EXPECT_FALSE(touching(sphere(0.05), at(0, 0, 0), sphere(0.02), at(0.0721, 0, 0)));
+  EXPECT_TRUE(touching(cylinder(0.05, 0.2), at(0, 0, 0), box(0.1, 0.1, 0.1), at(0.1019, 0, 0)));
+  EXPECT_FALSE(touching(cylinder(0.05, 0.2), at(0, 0, 0), box(0.1, 0.1, 0.1), at(0.1021, 0, 0)));
+  EXPECT_TRUE(touching(cylinder(0.05, 0.2), at(0, 0, 0), box(0.1, 0.1, 0.1), at(0, 0, 0.1519)));
+  EXPECT_FALSE(touching(cylinder(0.05, 0.2), at(0, 0, 0), box(0.1, 0.1, 0.1), at(0, 0, 0.1521)));
+  EXPECT_TRUE(touching(tetrahedron(), at(0, 0, 0), sphere(0.01), at(0.02, 0.02, -0.0119)));
+  EXPECT_FALSE(touching(tetrahedron(), at(0, 0, 0), sphere(0.01), at(0.02, 0.02, -0.0121)));
+}
+
+TEST(NarrowPhase, OneInsideTheOtherTouches) {
+  EXPECT_TRUE(touching(box(1, 1, 1), at(0, 0, 0), sphere(0.01), at(0, 0, 0)));
+  EXPECT_TRUE(touching(tetrahedron(), at(0, 0, 0), sphere(0.001), at(0.02, 0.02, 0.02)));
+  EXPECT_TRUE(touching(cylinder(0.3, 0.3), at(0, 0, 0), box(0.01, 0.01, 0.01), at(0.1, 0, 0)));
+}
+
+TEST(NarrowPhase, DistanceTakesTheMarginsOff) {
+  const ShapeDistance found =
+      shapeDistance(box(0.2, 0.2, 0.2), at(0, 0, 0), cylinder(0.05, 0.3), at(0.2, 0.02, 0));
+  EXPECT_NEAR(found.distance, 0.05, 1e-7);
+  EXPECT_NEAR(found.n_W.x(), -1, 1e-6);
+  EXPECT_NEAR(found.p_Wa.x(), 0.1, 1e-7);
+  EXPECT_NEAR(found.p_Wb.x(), 0.15, 1e-7);
+  const ShapeDistance ball = shapeDistance(sphere(0.05), at(0, 0, 0), sphere(0.02), at(0, 0, 0.1));
+  EXPECT_NEAR(ball.distance, 0.03, 1e-12);
+  EXPECT_NEAR(ball.p_Wa.z(), 0.05, 1e-12);
+  EXPECT_NEAR(ball.p_Wb.z(), 0.08, 1e-12);
+}
+
+TEST(NarrowPhase, OverlapIsNegativeAlongTheShortestWayOut) {
+  const ShapeDistance found =
+      shapeDistance(box(0.2, 0.2, 0.2), at(0, 0, 0), box(0.2, 0.2, 0.2), at(0.01, 0.02, 0.195));
+  EXPECT_NEAR(found.distance, -0.005, 1e-9);
+  EXPECT_NEAR(found.n_W.z(), -1, 1e-9);
+  const ShapeDistance ball =
+      shapeDistance(box(0.2, 0.2, 0.2), at(0, 0, 0), sphere(0.02), at(0.09, 0, 0));
+  EXPECT_NEAR(ball.distance, -0.03, 1e-9);
+  EXPECT_NEAR(ball.n_W.x(), -1, 1e-9);
+  const ShapeDistance same = shapeDistance(sphere(0.02), at(0, 0, 0), sphere(0.03), at(0, 0, 0));
+  EXPECT_NEAR(same.distance, -0.05, 1e-9);
+  EXPECT_NEAR(same.n_W.norm(), 1, 1e-12);
+}
+
+// The equation in the header: moving `a` by -distance along the normal brings the shapes to touch.
+TEST(NarrowPhase, MovingByTheDistanceTouches) {
+  RandomShapes random(7);
+  int deep = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const NarrowShape a(random.any()), b(random.any());
+    Pose X_WA = random.pose(0.15);
+    const Pose X_WB = random.pose(0.15);
+    const ShapeDistance found = shapeDistance(a, X_WA, b, X_WB);
+    EXPECT_NEAR(found.n_W.norm(), 1, 1e-9);
+    EXPECT_NEAR(found.n_W.dot(found.p_Wa - found.p_Wb), found.distance, 1e-6);
+    if (found.distance < 0) ++deep;
+    X_WA.translation() -= (found.distance - 1e-5) * found.n_W;
+    const double apart = shapeDistance(a, X_WA, b, X_WB).distance;
+    EXPECT_GE(apart, 0) << "pair " << i << " from " << found.distance;
+    if (found.distance > 0) EXPECT_NEAR(apart, 1e-5, 1e-6) << "pair " << i;
+  }
+  EXPECT_GT(deep, 500);
+}
+
+TEST(NarrowPhase, DistanceIsSymmetric) {
+  RandomShapes random(8);
+  for (int i = 0; i < 5000; ++i) {
+    const NarrowShape a(random.any()), b(random.any());
+    const Pose X_WA = random.pose(0.2), X_WB = random.pose(0.2);
+    const ShapeDistance one = shapeDistance(a, X_WA, b, X_WB);
+    const ShapeDistance other = shapeDistance(b, X_WB, a, X_WA);
+    if (one.distance < 0) continue;
+    EXPECT_NEAR(one.distance, other.distance, 1e-6);
+    EXPECT_NEAR((one.n_W + other.n_W).norm() * one.distance, 0, 1e-3 * one.distance + 1e-6);
+  }
+}
+
+TEST(NarrowPhase, RefusesSizesThatAreNone) {
+  EXPECT_THROW(box(0.1, 0, 0.1), std::invalid_argument);
+  EXPECT_THROW(sphere(-1), std::invalid_argument);
+  EXPECT_THROW(cylinder(0.1, std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
+  Shape empty;
+  empty.geometry = ConvexShape{};
+  EXPECT_THROW(NarrowShape{empty}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace handover::test
