@@ -107,7 +107,9 @@ TEST(NarrowPhase, MovingByTheDistanceTouches) {
     X_WA.translation() -= (found.distance - 1e-5) * found.n_W;
     const double apart = shapeDistance(a, X_WA, b, X_WB).distance;
     EXPECT_GE(apart, 0) << "pair " << i << " from " << found.distance;
-    if (found.distance > 0) EXPECT_NEAR(apart, 1e-5, 1e-6) << "pair " << i;
+    if (found.distance > 0) {
+      EXPECT_NEAR(apart, 1e-5, 1e-6) << "pair " << i;
+    }
   }
   EXPECT_GT(deep, 500);
 }
