@@ -2,6 +2,7 @@
 #include "core/motion/ikbirrt.hpp"
 
 #include "core/motion/random.hpp"
+#include "core/motion/segment.hpp"
 
 #include <ompl/base/MotionValidator.h>
 #include <ompl/base/ProblemDefinition.h>
@@ -114,6 +115,7 @@ class Checker : public ob::StateValidityChecker {
   const MotionProblem& problem_;
 };
 
+// OMPL asks only for motions that start at a valid state.
 class SegmentChecker : public ob::MotionValidator {
  public:
   SegmentChecker(const ob::SpaceInformationPtr& si, const MotionProblem& problem)
@@ -121,7 +123,7 @@ class SegmentChecker : public ob::MotionValidator {
 
   bool checkMotion(const ob::State* from, const ob::State* to) const override {
     const Eigen::Index dofs = problem_.lower.size();
-    return segmentValid(problem_, toJoints(from, dofs), toJoints(to, dofs));
+    return restOfSegmentValid(problem_, toJoints(from, dofs), toJoints(to, dofs));
   }
 
   bool checkMotion(const ob::State* from, const ob::State* to,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// IKBiRRT (Berenson, Srinivasa et al. 2009) on OMPL's RRTConnect: goals enter the goal tree during the
-// search. Distances are Euclidean over the joints [rad].
+// IKBiRRT (Berenson, Srinivasa et al. 2009) on OMPL's RRTConnect: goals enter the goal tree during
+// the search. Distances are Euclidean over the joints [rad].
 #pragma once
 
 #include "core/model/robot_model.hpp"
@@ -21,36 +21,38 @@ struct JointPath {
 
 /// One arm's planning problem. Callbacks are called from the calling thread only.
 struct MotionProblem {
-  ArmVector lower, upper;                                      ///< finite, lower <= upper
-  std::function<bool(const ArmVector& q)> valid;               ///< free of collision at q
-  double resolution = 0.03;                                    ///< largest joint step between checks [rad]
+  ArmVector lower, upper;                         ///< finite, lower <= upper
+  std::function<bool(const ArmVector& q)> valid;  ///< free of collision at q
+  double resolution = 0.03;                       ///< largest joint step between checks [rad]
 };
 
 struct IkBiRrtSettings {
   std::uint64_t seed = 1;
-  std::uint32_t max_iterations = 20'000;                       ///< a count, never seconds
-  double range = 1.0;                                          ///< longest tree extension [rad]
-  std::uint32_t direct_goals = 4;                              ///< first goals tried by one straight segment
-  std::uint32_t goal_period = 8;                               ///< iterations from one goal drawn to the next
+  std::uint32_t max_iterations = 20'000;  ///< a count, never seconds
+  double range = 1.0;                     ///< longest tree extension [rad]
+  std::uint32_t direct_goals = 4;         ///< first goals tried by one straight segment
+  std::uint32_t goal_period = 8;          ///< iterations from one goal drawn to the next
 };
 
 /// The i-th goal configuration, drawn as the search asks for it; false when there are no more.
-/// Calls come with i = 0, 1, 2, ... until false. Goals that are not finite, of another size, outside the
-/// limits or invalid are skipped; each counts as an iteration while no goal has been valid yet.
+/// Calls come with i = 0, 1, 2, ... until false. Goals that are not finite, of another size,
+/// outside the limits or invalid are skipped; each counts as an iteration while no goal has been
+/// valid yet.
 using GoalSampler = std::function<bool(std::uint32_t i, ArmVector& q)>;
 
 /// A valid path from `start` to one of the goals, both to the bit; the goal index goes to `goal`.
 /// kNoPath after the iteration budget or when every goal is invalid; kDeadline, kCancelled;
-/// kInvalidInput: start or limits not finite, of different sizes or contradictory, start outside the
-/// limits by more than 1e-9, resolution, range or goal_period <= 0; kInCollision: the start is invalid.
-/// Same arguments, same answer, to the byte, whatever else the process plans. Safe from any thread.
+/// kInvalidInput: start or limits not finite, of different sizes or contradictory, start outside
+/// the limits by more than 1e-9, resolution, range or goal_period <= 0; kInCollision: the start is
+/// invalid. Same arguments, same answer, to the byte, whatever else the process plans. Safe from
+/// any thread.
 Result<JointPath> planIkBiRrt(const MotionProblem& problem, const ArmVector& start,
                               const GoalSampler& goals, const IkBiRrtSettings& settings,
                               const Deadline& deadline, std::uint32_t* goal = nullptr);
 
-/// Shortens a valid path: the straight segment between its ends, else vertices left out, then `attempts`
-/// seeded cuts. Never longer than `path`; every segment that is new was valid at the problem's
-/// resolution; both ends are kept. A deadline ends it early with what it has.
+/// Shortens a valid path: the straight segment between its ends, else vertices left out, then
+/// `attempts` seeded cuts. Never longer than `path`; every segment that is new was valid at the
+/// problem's resolution; both ends are kept. A deadline ends it early with what it has.
 JointPath shortcut(const MotionProblem& problem, const JointPath& path, std::uint64_t seed,
                    std::uint32_t attempts, const Deadline& deadline);
 

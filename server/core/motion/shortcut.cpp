@@ -3,7 +3,6 @@
 #include "core/motion/random.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -41,35 +40,35 @@ Place placeAt(const Waypoints& path, double along) {
   return {last, fraction, path[last] + fraction * (path[last + 1] - path[last])};
 }
 
-// Leaves out every vertex that a straight segment can skip, the longest leap first.
-void skipVertices(const MotionProblem& problem, Waypoints& path, const Deadline& deadline) {
+// Leaves out every vertex that a straight segment can skip, the longest leap first. With `recheck`,
+// segments that stay are walked, too; false if one of them is not valid.
+bool skipVertices(const MotionProblem& problem, Waypoints& path, bool recheck,
+                  const Deadline& deadline) {
   Waypoints kept{path.front()};
   for (std::size_t i = 0; i + 1 < path.size();) {
-    std::size_t next = i + 1;
-    for (std::size_t j = std::min(path.size() - 1, i + kLookAhead); j > i + 1; --j) {
-      if (deadline.over()) break;
-      if (segmentValid(problem, path[i], path[j])) {
-        next = j;
-        break;
-      }
-    }
+    std::size_t next = std::min(path.size() - 1, i + kLookAhead);
+    while (next > i + 1 && (deadline.over() || !segmentValid(problem, path[i], path[next]))) --next;
+    if (recheck && next == i + 1 && !segmentValid(problem, path[i], path[next])) return false;
     kept.push_back(path[next]);
     i = next;
   }
   path = std::move(kept);
+  return true;
 }
 
-// Joins two places by a straight segment if that is shorter and valid, with the ends of the two
-// segments that it cuts: their own check points lie elsewhere now.
-bool cut(const MotionProblem& problem, Waypoints& path, const Place& a, const Place& b) {
+// Joins two places by a straight segment if that is shorter and valid. What is left of the two
+// segments that it cuts has been checked, but at points that a fresh walk would not take: `strict`
+// walks it anew.
+bool cut(const MotionProblem& problem, Waypoints& path, const Place& a, const Place& b,
+         bool strict) {
   if (a.vertex >= b.vertex) return false;
   double old = (path[a.vertex + 1] - a.q).norm() + (b.q - path[b.vertex]).norm();
   for (std::size_t i = a.vertex + 1; i < b.vertex; ++i) old += (path[i + 1] - path[i]).norm();
   if ((b.q - a.q).norm() > old - kLeastGain) return false;
   if (!segmentValid(problem, a.q, b.q)) return false;
   const bool keep_a = a.fraction > 0, keep_b = b.fraction < 1;
-  if (keep_a && !segmentValid(problem, path[a.vertex], a.q)) return false;
-  if (keep_b && !segmentValid(problem, b.q, path[b.vertex + 1])) return false;
+  if (strict && keep_a && !segmentValid(problem, path[a.vertex], a.q)) return false;
+  if (strict && keep_b && !segmentValid(problem, b.q, path[b.vertex + 1])) return false;
   Waypoints shorter(path.begin(), path.begin() + static_cast<std::ptrdiff_t>(a.vertex) + 1);
   if (keep_a) shorter.push_back(a.q);
   if (keep_b) shorter.push_back(b.q);
@@ -79,49 +78,57 @@ bool cut(const MotionProblem& problem, Waypoints& path, const Place& a, const Pl
   return true;
 }
 
-bool cutAnywhere(const MotionProblem& problem, Waypoints& path, SeededRandom& random) {
+bool cutAnywhere(const MotionProblem& problem, Waypoints& path, SeededRandom& random, bool strict) {
   const double length = lengthOf(path);
   const double s = random.uniform(0, length), t = random.uniform(0, length);
-  return cut(problem, path, placeAt(path, std::min(s, t)), placeAt(path, std::max(s, t)));
+  return cut(problem, path, placeAt(path, std::min(s, t)), placeAt(path, std::max(s, t)), strict);
 }
 
-// Cuts one corner, deep first: at both neighbours' full, half, then quarter length.
-bool cutCorner(const MotionProblem& problem, Waypoints& path, SeededRandom& random) {
-  const std::size_t k = 1 + random.index(static_cast<std::uint32_t>(path.size() - 2));
+// What an isosceles cut of the corner would save [rad].
+double cornerGain(const Waypoints& path, std::size_t k) {
+  const ArmVector before = path[k - 1] - path[k], after = path[k + 1] - path[k];
+  const double b = before.norm(), a = after.norm(), reach = std::min(a, b);
+  if (!(reach > 0)) return 0;
+  return 2 * reach - (reach / a * after - reach / b * before).norm();
+}
+
+// Cuts one corner, the sharp and long ones more often, deep first: at the shorter neighbour's full,
+// half, then quarter length.
+bool cutCorner(const MotionProblem& problem, Waypoints& path, SeededRandom& random, bool strict) {
+  double gains = 0;
+  for (std::size_t i = 1; i + 1 < path.size(); ++i) gains += cornerGain(path, i);
+  double pick = random.uniform(0, gains);
+  std::size_t k = 1;
+  for (; k + 2 < path.size(); ++k) {
+    pick -= cornerGain(path, k);
+    if (pick < 0) break;
+  }
+  const ArmVector corner = path[k];
+  const double before = (path[k - 1] - corner).norm(), after = (path[k + 1] - corner).norm();
+  if (!(before > 0) || !(after > 0)) return false;
   for (const double depth : {1.0, 0.5, 0.25}) {
-    const double reach =
-        depth * std::min((path[k] - path[k - 1]).norm(), (path[k + 1] - path[k]).norm());
-    const double before = (path[k] - path[k - 1]).norm(), after = (path[k + 1] - path[k]).norm();
-    if (!(reach > 0)) return false;
-    Place a{k - 1, 1 - reach / before, {}}, b{k, reach / after, {}};
-    a.q = a.fraction > 0 ? ArmVector(path[k] + reach / before * (path[k - 1] - path[k]))
-                         : path[k - 1];
-    b.q = b.fraction < 1 ? ArmVector(path[k] + b.fraction * (path[k + 1] - path[k])) : path[k + 1];
-    if (cut(problem, path, a, b)) return true;
+    const double reach = depth * std::min(before, after);
+    Place a{k - 1, 1 - reach / before, path[k - 1]}, b{k, reach / after, path[k + 1]};
+    if (a.fraction > 0) a.q = corner + reach / before * (path[k - 1] - corner);
+    if (b.fraction < 1) b.q = corner + reach / after * (path[k + 1] - corner);
+    if (cut(problem, path, a, b, strict)) return true;
   }
   return false;
 }
 
-}  // namespace
-
-bool segmentValid(const MotionProblem& problem, const ArmVector& from, const ArmVector& to) {
-  const ArmVector move = to - from;
-  const double largest = move.size() == 0 ? 0 : move.cwiseAbs().maxCoeff();
-  if (!(largest < 1e6 * problem.resolution)) return false;  // catches NaN, too
-  if (!problem.valid(to) || !problem.valid(from)) return false;
-  const int steps = static_cast<int>(std::ceil(largest / problem.resolution));
-  // Bisection by levels: middle, quarters, eighths ... each inner point once.
-  int stride = 1;
-  while (stride < steps) stride *= 2;
-  ArmVector q(from.size());
-  for (; stride >= 2; stride /= 2) {
-    for (int k = stride / 2; k < steps; k += stride) {
-      q = from + (static_cast<double>(k) / steps) * move;
-      if (!problem.valid(q)) return false;
+void cutRandomly(const MotionProblem& problem, Waypoints& path, std::uint64_t seed,
+                 std::uint32_t attempts, bool strict, const Deadline& deadline) {
+  SeededRandom random(seed);
+  for (std::uint32_t i = 0; i < attempts && path.size() > 2 && !deadline.over(); ++i) {
+    if (i % 2 == 0) {
+      cutAnywhere(problem, path, random, strict);
+    } else {
+      cutCorner(problem, path, random, strict);
     }
   }
-  return true;
 }
+
+}  // namespace
 
 JointPath shortcut(const MotionProblem& problem, const JointPath& path, std::uint64_t seed,
                    std::uint32_t attempts, const Deadline& deadline) {
@@ -129,16 +136,11 @@ JointPath shortcut(const MotionProblem& problem, const JointPath& path, std::uin
   Waypoints points = path.waypoints;
   if (segmentValid(problem, points.front(), points.back()))
     return {{points.front(), points.back()}};
-  skipVertices(problem, points, deadline);
-  SeededRandom random(seed);
-  for (std::uint32_t i = 0; i < attempts && points.size() > 2 && !deadline.over(); ++i) {
-    if (i % 2 == 0) {
-      cutAnywhere(problem, points, random);
-    } else {
-      cutCorner(problem, points, random);
-    }
-  }
-  skipVertices(problem, points, deadline);
+  skipVertices(problem, points, false, deadline);
+  Waypoints cheap = points;
+  cutRandomly(problem, cheap, seed, attempts, false, deadline);
+  if (skipVertices(problem, cheap, true, deadline)) return {std::move(cheap)};
+  cutRandomly(problem, points, seed, attempts, true, deadline);
   return {std::move(points)};
 }
 
