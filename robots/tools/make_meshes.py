@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the convex meshes of robots/: run without arguments, from anywhere; the output is committed.
+"""Writes the convex meshes of robots/, from anywhere; the output is committed. With --check it writes nothing
+and names the files that are not what it would write.
 
 Every mesh is a list of convex parts, one OBJ object each, in the frame of its link or object [m]. The
 parts are approximations of ours; the figures they are built from, and where those were published, stand
@@ -9,6 +10,7 @@ in the README beside each output. Output depends on nothing but this file.
 
 import math
 import pathlib
+import sys
 
 ROBOTS = pathlib.Path(__file__).resolve().parent.parent
 OTHERS = {"x": ("y", "z"), "y": ("x", "z"), "z": ("x", "y")}
@@ -162,19 +164,18 @@ def hull(points):
     return [points[i] for i in used], [tuple(index[i] for i in t) for t in triangles]
 
 
-def write(path, parts):
+def text_of(name, parts):
     lines = ["# SPDX-License-Identifier: Apache-2.0", "# Made by robots/tools/make_meshes.py; metres."]
     base = 1
-    for name, points in parts.items():
+    for part, points in parts.items():
         vertices, triangles = hull(points)
         if len(vertices) > MAX_VERTICES:
-            raise SystemExit(f"{path.name}: part {name} has {len(vertices)} vertices")
-        lines.append(f"o {name}")
+            raise SystemExit(f"{name}: part {part} has {len(vertices)} vertices")
+        lines.append(f"o {part}")
         lines += ["v " + " ".join(f"{c:.9f}".rstrip("0").rstrip(".") for c in v) for v in vertices]
         lines += ["f " + " ".join(str(base + i) for i in t) for t in triangles]
         base += len(vertices)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join(lines) + "\n", encoding="ascii")
+    return "\n".join(lines) + "\n"
 
 
 # --- Schunk LWA 4D and SDH ----------------------------------------------------------------------------
@@ -507,25 +508,37 @@ def dog():
     return parts
 
 
-def main():
+def meshes():
+    """(file under robots/, parts) of everything."""
     for name, parts in crichton():
-        write(ROBOTS / "crichton" / "meshes" / f"{name}.obj", parts)
-    meshes = ROBOTS / "hubo" / "meshes"
+        yield f"crichton/meshes/{name}.obj", parts
     for name, parts in hubo_middle():
-        write(meshes / f"Body_{name}.obj", parts)
+        yield f"hubo/meshes/Body_{name}.obj", parts
     for name, parts in hubo_left():
-        write(meshes / f"Body_L{name}.obj", parts)
-        write(meshes / f"Body_R{name}.obj", mirrored(parts))
+        yield f"hubo/meshes/Body_L{name}.obj", parts
+        yield f"hubo/meshes/Body_R{name}.obj", mirrored(parts)
     for name, parts in hubo_left_finger():
-        write(meshes / f"Body_LFx{name}.obj", parts)
-        write(meshes / f"Body_RFx{name}.obj", mirrored(parts))
-    objects = {
-        "cup": nine_sided_cup, "table": table, "cart": cart, "milk_carton": milk_carton, "hammer": hammer,
-        "dog_plate": dog_plate, "stool": stool, "dog": dog,
-    }  # fmt: skip
-    for name, make in objects.items():
-        write(ROBOTS / "objects" / name / f"{name}.obj", make())
+        yield f"hubo/meshes/Body_LFx{name}.obj", parts
+        yield f"hubo/meshes/Body_RFx{name}.obj", mirrored(parts)
+    for make in (nine_sided_cup, table, cart, milk_carton, hammer, dog_plate, stool, dog):
+        name = "cup" if make is nine_sided_cup else make.__name__
+        yield f"objects/{name}/{name}.obj", make()
+
+
+def main(arguments):
+    if arguments not in ([], ["--check"]):
+        raise SystemExit("usage: make_meshes.py [--check]")
+    stale = []
+    for name, parts in meshes():
+        path, text = ROBOTS / name, text_of(name, parts)
+        if not arguments:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="ascii")
+        elif not path.exists() or path.read_text(encoding="ascii") != text:
+            stale.append(name)
+    if stale:
+        raise SystemExit("out of date: " + ", ".join(stale))
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])
