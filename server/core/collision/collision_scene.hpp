@@ -87,9 +87,31 @@ class CollisionScene {
   std::unique_ptr<const Data> data_;
 };
 
-/// A fixed list of pairs to test, compiled once and used for many states.
-struct PairList {
-  std::vector<std::pair<BodyId, BodyId>> pairs;
+/// A fixed list of pairs to test, compiled once and used for many states. Immutable.
+class PairList {
+ public:
+  PairList() = default;
+  explicit PairList(std::vector<std::pair<BodyId, BodyId>> pairs);
+
+  const std::vector<std::pair<BodyId, BodyId>>& pairs() const { return pairs_; }
+
+ private:
+  friend class CollisionWorld;
+
+  // The first bodies of the pairs, in groups of at most 64, and for every second body the ones that
+  // it is paired with: its box is tested against all of them at once.
+  struct Row {
+    BodyId other;
+    std::uint64_t movers;  ///< bit i: paired with the group's i-th body
+  };
+
+  struct Group {
+    std::vector<BodyId> movers;
+    std::vector<Row> rows;  ///< objects before links
+  };
+
+  std::vector<std::pair<BodyId, BodyId>> pairs_;
+  std::vector<Group> groups_;
 };
 
 /// One worker's collision world over a CollisionScene: body poses that can be set, Bullet's

@@ -2,7 +2,14 @@
 #include "core/collision/collision_scene.hpp"
 #include "core/collision/scene_data.hpp"
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -25,6 +32,86 @@ bool overlap(const Aabb& a, const Aabb& b) {
          b.lower.y() <= a.upper.y() && a.lower.z() <= b.upper.z() && b.lower.z() <= a.upper.z();
 }
 
+// The same box in single precision, rounded outwards: small enough to test many at once.
+struct FloatBox {
+  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+  std::array<float, 3> lower{kInfinity, kInfinity, kInfinity};
+  std::array<float, 3> upper{-kInfinity, -kInfinity, -kInfinity};
+
+  FloatBox() = default;
+
+  explicit FloatBox(const Aabb& box) {
+    if (box.lower.x() > box.upper.x()) return;  // no shapes, no box
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      const double least = box.lower[axis], most = box.upper[axis];
+      lower[i] = static_cast<float>(least - 1e-6 * (1 + std::abs(least)));
+      upper[i] = static_cast<float>(most + 1e-6 * (1 + std::abs(most)));
+    }
+  }
+
+  void add(const FloatBox& other) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      lower[i] = std::min(lower[i], other.lower[i]);
+      upper[i] = std::max(upper[i], other.upper[i]);
+    }
+  }
+};
+
+bool overlap(const FloatBox& a, const FloatBox& b) {
+  bool meet = true;
+  for (std::size_t i = 0; i < 3; ++i) {
+    meet &= a.lower[i] <= b.upper[i] && b.lower[i] <= a.upper[i];
+  }
+  return meet;
+}
+
+// Up to 64 boxes side by side, tested against one other four at a time.
+class BoxRow {
+ public:
+  static constexpr std::size_t kSize = 64;
+
+  void clear() { count_ = 0; }
+
+  void push(const FloatBox& box) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      lower_[axis][count_] = box.lower[axis];
+      upper_[axis][count_] = box.upper[axis];
+    }
+    ++count_;
+  }
+
+  /// Bit i: the i-th box overlaps `box`. Bits beyond the boxes pushed mean nothing.
+  std::uint64_t overlapping(const FloatBox& box) const {
+    std::uint64_t bits = 0;
+#ifdef __SSE2__
+    for (std::size_t i = 0; i < count_; i += 4) {
+      __m128 meet = _mm_castsi128_ps(_mm_set1_epi32(-1));
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const __m128 lower = _mm_load_ps(&lower_[axis][i]), upper = _mm_load_ps(&upper_[axis][i]);
+        meet = _mm_and_ps(meet, _mm_cmple_ps(lower, _mm_set1_ps(box.upper[axis])));
+        meet = _mm_and_ps(meet, _mm_cmple_ps(_mm_set1_ps(box.lower[axis]), upper));
+      }
+      bits |= static_cast<std::uint64_t>(_mm_movemask_ps(meet)) << i;
+    }
+#else
+    for (std::size_t i = 0; i < count_; ++i) {
+      bool meet = true;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        meet &= lower_[axis][i] <= box.upper[axis] && box.lower[axis] <= upper_[axis][i];
+      }
+      bits |= static_cast<std::uint64_t>(meet) << i;
+    }
+#endif
+    return bits;
+  }
+
+ private:
+  alignas(16) std::array<std::array<float, kSize>, 3> lower_{}, upper_{};
+  std::size_t count_ = 0;
+};
+
 // Squared distance of two boxes: 0 when they overlap.
 double squaredGap(const Aabb& a, const Aabb& b) {
   const Eigen::Vector3d gap = (a.lower - b.upper).cwiseMax(b.lower - a.upper).cwiseMax(0.0);
@@ -43,6 +130,34 @@ Aabb worldBox(const Pose& X_WBody, const SceneShape& shape) {
 
 }  // namespace
 
+PairList::PairList(std::vector<std::pair<BodyId, BodyId>> pairs) : pairs_(std::move(pairs)) {
+  std::vector<BodyId> movers;
+  BodyId bodies = 0;
+  for (const auto& [a, b] : pairs_) {
+    if (std::find(movers.begin(), movers.end(), a) == movers.end()) movers.push_back(a);
+    bodies = std::max({bodies, a + 1, b + 1});
+  }
+  std::vector<int> place(static_cast<std::size_t>(bodies), -1);
+  for (std::size_t i = 0; i < movers.size(); ++i) {
+    if (i % BoxRow::kSize == 0) groups_.emplace_back();
+    groups_.back().movers.push_back(movers[i]);
+    place[static_cast<std::size_t>(movers[i])] = static_cast<int>(i);
+  }
+  std::vector<std::uint64_t> masks(groups_.size() * static_cast<std::size_t>(bodies));
+  for (const auto& [a, b] : pairs_) {
+    const auto at = static_cast<std::size_t>(place[static_cast<std::size_t>(a)]);
+    masks[at / BoxRow::kSize * static_cast<std::size_t>(bodies) + static_cast<std::size_t>(b)] |=
+        std::uint64_t{1} << (at % BoxRow::kSize);
+  }
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    for (BodyId b = bodies - 1; b >= 0; --b) {
+      const std::uint64_t mask =
+          masks[g * static_cast<std::size_t>(bodies) + static_cast<std::size_t>(b)];
+      if (mask != 0) groups_[g].rows.push_back({b, mask});
+    }
+  }
+}
+
 struct CollisionWorld::Data {
   explicit Data(std::shared_ptr<const CollisionScene> of)
       : scene(std::move(of)),
@@ -52,7 +167,8 @@ struct CollisionWorld::Data {
 
   std::shared_ptr<const CollisionScene> scene;
   std::vector<Pose> poses;
-  std::vector<Aabb> body_boxes;
+  std::vector<FloatBox> body_boxes;
+  BoxRow mover_boxes;  ///< scratch of isFree()
   std::vector<Aabb> shape_boxes;
   std::vector<Pose> X_WL;  ///< scratch of reset()
   std::uint64_t changes = 0;
@@ -78,6 +194,7 @@ struct CollisionWorld::Data {
 
   bool bodiesTouch(BodyId a, BodyId b) const;
   std::optional<BodyDistance> bodyDistance(BodyId a, BodyId b, double max_distance) const;
+  BodyContact contact(BodyId a, BodyId b) const;
 };
 
 bool CollisionWorld::Data::bodiesTouch(BodyId a, BodyId b) const {
@@ -107,6 +224,11 @@ std::optional<BodyDistance> CollisionWorld::Data::bodyDistance(BodyId a, BodyId 
     }
   }
   return best;
+}
+
+BodyContact CollisionWorld::Data::contact(BodyId a, BodyId b) const {
+  const auto found = bodyDistance(a, b, 3 * kCollisionMargin);
+  return {a, b, found ? -found->distance : 0};
 }
 
 CollisionWorld::CollisionWorld(std::shared_ptr<const CollisionScene> scene)
@@ -142,7 +264,7 @@ void CollisionWorld::setPose(BodyId body, const Pose& X_WBody) {
     data_->shape_boxes[static_cast<std::size_t>(i)] = box;
     whole.add(box);
   }
-  data_->body_boxes[static_cast<std::size_t>(body)] = whole;
+  data_->body_boxes[static_cast<std::size_t>(body)] = FloatBox(whole);
   ++data_->changes;
 }
 
@@ -175,7 +297,7 @@ PairList CollisionWorld::makePairs(const std::vector<BodyId>& moving, const Body
     return i < rigid_group.size() ? rigid_group[i] : -1;
   };
   std::vector<bool> done(static_cast<std::size_t>(scene.bodies()));
-  PairList list;
+  std::vector<std::pair<BodyId, BodyId>> pairs;
   for (BodyId a : moving) {
     if (a < 0 || done[static_cast<std::size_t>(a)]) continue;
     done[static_cast<std::size_t>(a)] = true;
@@ -183,30 +305,41 @@ PairList CollisionWorld::makePairs(const std::vector<BodyId>& moving, const Body
       if (done[static_cast<std::size_t>(b)]) continue;
       if (allowed.contains(a, b) || scene.standingPairs().contains(a, b)) continue;
       if (group(a) >= 0 && group(a) == group(b)) continue;
-      list.pairs.emplace_back(a, b);
+      pairs.emplace_back(a, b);
     }
   }
-  return list;
+  return PairList(std::move(pairs));
 }
 
 bool CollisionWorld::isFree(const PairList& pairs, BodyContact* hit) {
-  for (const auto& [a, b] : pairs.pairs) {
-    if (!data_->boxesOverlap(a, b) || !data_->bodiesTouch(a, b)) continue;
-    if (hit) {
-      const auto found = data_->bodyDistance(a, b, 3 * kCollisionMargin);
-      *hit = {a, b, found ? -found->distance : 0};
+  for (const PairList::Group& group : pairs.groups_) {
+    FloatBox whole;
+    data_->mover_boxes.clear();
+    for (BodyId mover : group.movers) {
+      const FloatBox& box = data_->body_boxes[static_cast<std::size_t>(mover)];
+      whole.add(box);
+      data_->mover_boxes.push(box);
     }
-    return false;
+    for (const PairList::Row& row : group.rows) {
+      const FloatBox& box = data_->body_boxes[static_cast<std::size_t>(row.other)];
+      if (!overlap(whole, box)) continue;
+      std::uint64_t near = data_->mover_boxes.overlapping(box) & row.movers;
+      for (; near != 0; near &= near - 1) {
+        const BodyId mover = group.movers[static_cast<std::size_t>(std::countr_zero(near))];
+        if (!data_->bodiesTouch(mover, row.other)) continue;
+        if (hit) *hit = data_->contact(mover, row.other);
+        return false;
+      }
+    }
   }
   return true;
 }
 
 std::vector<BodyContact> CollisionWorld::contacts(const PairList& pairs) {
   std::vector<BodyContact> found;
-  for (const auto& [a, b] : pairs.pairs) {
+  for (const auto& [a, b] : pairs.pairs()) {
     if (!data_->boxesOverlap(a, b) || !data_->bodiesTouch(a, b)) continue;
-    const auto distance = data_->bodyDistance(a, b, 3 * kCollisionMargin);
-    found.push_back({a, b, distance ? -distance->distance : 0});
+    found.push_back(data_->contact(a, b));
   }
   return found;
 }

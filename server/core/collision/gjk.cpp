@@ -43,6 +43,11 @@ struct SupportOf {
   }
 };
 
+Vector3d middleOf(const ConvexCore& core) {
+  const auto* hull = std::get_if<HullCore>(&core);
+  return hull ? hull->middle : Vector3d::Zero();
+}
+
 // A point of the Minkowski difference A - B, with where it comes from.
 struct Vertex {
   Vector3d w, p_Wa, p_Wb;
@@ -171,7 +176,7 @@ GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCo
     vertex.w = vertex.p_Wa - vertex.p_Wb;
     return vertex;
   };
-  Vector3d start = X_WA.translation() - X_WB.translation();
+  Vector3d start = X_WA * middleOf(a) - X_WB * middleOf(b);
   if (start.squaredNorm() < 1e-12) start = Vector3d::UnitX();
 
   GjkResult result;

@@ -23,6 +23,7 @@ struct PointCore {};
 
 struct HullCore {
   std::vector<double> x, y, z;  ///< vertices
+  Eigen::Vector3d middle;       ///< some point inside
 };
 
 using ConvexCore = std::variant<BoxCore, CylinderCore, PointCore, HullCore>;

@@ -105,7 +105,9 @@ struct CoreOf {
 
   ConvexCore operator()(const ConvexShape& convex) const {
     HullCore hull;
+    hull.middle.setZero();
     for (const Eigen::Vector3d& v : convex.vertices) {
+      hull.middle += v / static_cast<double>(convex.vertices.size());
       hull.x.push_back(v.x());
       hull.y.push_back(v.y());
       hull.z.push_back(v.z());
@@ -195,9 +197,10 @@ NarrowShape& NarrowShape::operator=(NarrowShape&&) noexcept = default;
 bool touching(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB) {
   const double reach = a.data().radius + b.data().radius + 2 * kCollisionMargin;
   const GjkResult cores = gjk(a.data().core, X_WA, b.data().core, X_WB, reach, reach);
-  if (cores.at_least > reach) return false;
-  if (bulletTouching(*a.data().shape, X_WA, *b.data().shape, X_WB)) return true;
-  return cores.at_most <= reach;  // Bullet missed one
+  if (cores.at_least > reach) return false;  // a plane lies between: certain
+  if (cores.at_most <= reach)
+    return true;  // two points are that near: certain, also where Bullet misses it
+  return bulletTouching(*a.data().shape, X_WA, *b.data().shape, X_WB);
 }
 
 ShapeDistance shapeDistance(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b,

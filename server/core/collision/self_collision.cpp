@@ -48,7 +48,7 @@ std::vector<LinkPairTouch> sampleSelfCollision(const RobotModel& model, int samp
       if (body_a < 0 || body_b < 0 || world.scene().standingPairs().contains(body_a, body_b))
         continue;
       pairs.push_back({a, b, TouchPattern::kNever, 0});
-      lists.push_back({{{body_a, body_b}}});
+      lists.push_back(PairList({{body_a, body_b}}));
     }
   }
   std::mt19937_64 random(seed);

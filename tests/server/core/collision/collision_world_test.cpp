@@ -111,7 +111,7 @@ TEST_F(CollisionWorldTest, MakesEachPairOnceLessStandingAllowedAndRigidOnes) {
   std::vector<int> rigid(static_cast<std::size_t>(scene_->bodies()), -1);
   const auto has = [](const PairList& list, BodyId a, BodyId b) {
     int count = 0;
-    for (const auto& [x, y] : list.pairs) count += (x == a && y == b) || (x == b && y == a);
+    for (const auto& [x, y] : list.pairs()) count += (x == a && y == b) || (x == b && y == a);
     return count;
   };
   const PairList loose = world_->makePairs({finger_a, finger_b, finger_a}, allowed, rigid);
