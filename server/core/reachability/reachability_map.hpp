@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// [paper] §IV-A: voxels of the tool's position in frame A with the average manipulability of the random
-// configurations that fell into them.
+// [paper] §IV-A: voxels of the tool's position in frame A with the average manipulability of the
+// random configurations that fell into them.
 #pragma once
 
 #include "core/kinematics/arm_kinematics.hpp"
@@ -16,17 +16,18 @@
 namespace handover {
 
 struct ReachabilityParams {
-  double voxel = 0.05;                    ///< edge [m]
-  std::uint64_t samples = 1'000'000;      ///< configurations uniform within limits
+  double voxel = 0.05;                ///< edge [m]
+  std::uint64_t samples = 1'000'000;  ///< configurations uniform within limits
   std::uint64_t seed = 1;
 };
 
-/// One voxel. Directions: 64 bins of the approach axis in A (see directionBin()), bit set = reached.
+/// One voxel. Directions: 64 bins of the approach axis in A (see directionBin()), bit set =
+/// reached.
 struct ReachabilityVoxel {
-  float manipulability = 0;               ///< mean over the samples; 0 = not reached
+  float manipulability = 0;  ///< mean over the samples; 0 = not reached
   std::uint32_t samples = 0;
   std::uint64_t directions = 0;
-  std::array<float, 8> q_seed{};          ///< the sample of highest manipulability
+  std::array<float, 8> q_seed{};  ///< the sample of highest manipulability
 };
 
 /// Bin (0..63) of a unit direction in A: 8 x 8 equal-area bins (z by azimuth).

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/reachability/map_file.hpp"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <system_error>
+
+namespace handover::reachability {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string reason(int error) { return std::generic_category().message(error); }
+
+/// Closes on the way out.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+
+  int get() const { return fd_; }
+
+  /// The error number of closing, 0 for none.
+  int close() {
+    const int fd = fd_;
+    fd_ = -1;
+    return ::close(fd) == 0 ? 0 : errno;
+  }
+
+ private:
+  int fd_;
+};
+
+bool writeAll(int fd, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(fd, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
+/// Makes the new name last through a loss of power.
+void syncFolder(const fs::path& folder) {
+  const Descriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (fd.get() >= 0) ::fsync(fd.get());
+}
+
+std::uint64_t checksum(std::span<const std::byte> file) {
+  constexpr std::size_t kBegin = offsetof(FileHeader, hash);
+  return XXH3_64bits(file.data() + kBegin, file.size() - kBegin);
+}
+
+std::vector<std::byte> assemble(FileHeader header, std::span<const std::int32_t> index,
+                                std::span<const ReachabilityVoxel> voxels) {
+  const FileLayout layout = layoutOf(index.size(), voxels.size());
+  header.header_size = sizeof(FileHeader);
+  header.filled = voxels.size();
+  header.file_size = layout.end;
+  std::vector<std::byte> bytes(layout.end);
+  std::memcpy(bytes.data(), &header, sizeof(header));
+  if (!index.empty()) {
+    std::memcpy(bytes.data() + layout.index_begin, index.data(), index.size_bytes());
+  }
+  if (!voxels.empty()) {
+    std::memcpy(bytes.data() + layout.voxels_begin, voxels.data(), voxels.size_bytes());
+  }
+  header.checksum = checksum(bytes);
+  std::memcpy(bytes.data(), &header, sizeof(header));
+  return bytes;
+}
+
+Error invalid(const std::string& what) { return {ErrorCode::kInvalidInput, what}; }
+
+bool plausible(const ReachabilityVoxel& voxel) {
+  if (!std::isfinite(voxel.manipulability) || voxel.manipulability < 0 || voxel.samples == 0) {
+    return false;
+  }
+  for (const float q : voxel.q_seed) {
+    if (!std::isfinite(q)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+FileLayout layoutOf(std::uint64_t cells, std::uint64_t filled) {
+  FileLayout layout;
+  layout.index_begin = sizeof(FileHeader);
+  layout.voxels_begin = (layout.index_begin + cells * sizeof(std::int32_t) + 7) / 8 * 8;
+  layout.end = layout.voxels_begin + filled * sizeof(ReachabilityVoxel);
+  return layout;
+}
+
+Result<bool> writeMapFile(const fs::path& file, FileHeader header,
+                          std::span<const std::int32_t> index,
+                          std::span<const ReachabilityVoxel> voxels) {
+  const std::vector<std::byte> bytes = assemble(header, index, voxels);
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  std::error_code trouble;
+  fs::create_directories(folder, trouble);
+  if (trouble) return Error{ErrorCode::kIo, folder.string() + ": " + trouble.message()};
+
+  std::string temporary = file.string() + ".XXXXXX";
+  Descriptor fd(::mkostemp(temporary.data(), O_CLOEXEC));
+  if (fd.get() < 0) return Error{ErrorCode::kIo, temporary + ": " + reason(errno)};
+  const auto fail = [&](int error) {
+    ::unlink(temporary.c_str());
+    return Error{ErrorCode::kIo, file.string() + ": " + reason(error)};
+  };
+  if (::fchmod(fd.get(), 0644) != 0 || !writeAll(fd.get(), bytes) || ::fsync(fd.get()) != 0) {
+    return fail(errno);
+  }
+  if (const int error = fd.close(); error != 0) return fail(error);
+  if (::rename(temporary.c_str(), file.c_str()) != 0) return fail(errno);
+  syncFolder(folder);
+  return true;
+}
+
+MappedFile::~MappedFile() {
+  if (bytes_.empty()) return;
+  ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());  // NOLINT
+}
+
+Result<bool> MappedFile::open(const fs::path& file) {
+  // Not blocking, should the name be a pipe.
+  const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (fd.get() < 0) {
+    const ErrorCode code =
+        errno == ENOENT || errno == ENOTDIR ? ErrorCode::kNotFound : ErrorCode::kIo;
+    return Error{code, file.string() + ": " + reason(errno)};
+  }
+
+  struct stat status {};
+
+  if (::fstat(fd.get(), &status) != 0) {
+    return Error{ErrorCode::kIo, file.string() + ": " + reason(errno)};
+  }
+  if (!S_ISREG(status.st_mode)) return invalid(file.string() + ": not a plain file");
+  if (status.st_size < static_cast<off_t>(sizeof(FileHeader))) {
+    return invalid(file.string() + ": shorter than a map's header");
+  }
+  const auto size = static_cast<std::size_t>(status.st_size);
+  void* address = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd.get(), 0);
+  if (address == MAP_FAILED) return Error{ErrorCode::kIo, file.string() + ": " + reason(errno)};
+  bytes_ = {static_cast<const std::byte*>(address), size};
+  return true;
+}
+
+Result<FileHeader> checkMapFile(std::span<const std::byte> bytes, std::uint64_t expected_hash) {
+  FileHeader header;
+  if (bytes.size() < sizeof(header)) return invalid("shorter than a map's header");
+  std::memcpy(&header, bytes.data(), sizeof(header));
+  if (header.magic != kMagic) return invalid("not a reachability map (wrong magic)");
+  if (header.version != kFileVersion) {
+    return invalid("version " + std::to_string(header.version) + ", needed is " +
+                   std::to_string(kFileVersion));
+  }
+  if (header.header_size != sizeof(header) || header.voxel_bytes != sizeof(ReachabilityVoxel)) {
+    return invalid("sizes of header or voxel do not fit the version");
+  }
+  if (header.file_size != bytes.size()) {
+    return invalid("has " + std::to_string(bytes.size()) + " bytes, its header says " +
+                   std::to_string(header.file_size));
+  }
+  if (header.checksum != checksum(bytes)) return invalid("wrong checksum: the file is damaged");
+  if (header.hash != expected_hash) {
+    return invalid("made for another arm, torso or other parameters (wrong hash)");
+  }
+
+  // The checksum holds from here on; what follows guards against a file made wrong.
+  if (!std::isfinite(header.voxel) || header.voxel <= 0)
+    return invalid("voxel size is not positive");
+  if (header.dofs < 1 || header.dofs > 8) return invalid("number of joints is not 1 to 8");
+  std::uint64_t cells = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t first = header.first[axis], size = header.size[axis];
+    if (size < 0 || first + size > std::numeric_limits<std::int32_t>::max()) {
+      return invalid("grid out of range");
+    }
+    // Each factor is below 2^31 and the product so far at most 2^27: no overflow.
+    cells *= static_cast<std::uint64_t>(size);
+    if (cells > kMostCells) return invalid("grid too large");
+  }
+  if (header.filled > cells || layoutOf(cells, header.filled).end != bytes.size()) {
+    return invalid("number of voxels does not fit the file's size");
+  }
+  const FileLayout layout = layoutOf(cells, header.filled);
+  const auto* index = reinterpret_cast<const std::int32_t*>(bytes.data() + layout.index_begin);
+  std::int64_t next = 0;
+  for (std::uint64_t cell = 0; cell < cells; ++cell) {
+    if (index[cell] == -1) continue;
+    if (index[cell] != next) return invalid("grid index out of order");
+    ++next;
+  }
+  if (static_cast<std::uint64_t>(next) != header.filled) return invalid("voxels without a cell");
+  const auto* voxels =
+      reinterpret_cast<const ReachabilityVoxel*>(bytes.data() + layout.voxels_begin);
+  for (std::uint64_t v = 0; v < header.filled; ++v) {
+    if (!plausible(voxels[v])) return invalid("voxel " + std::to_string(v) + " is not valid");
+  }
+  return header;
+}
+
+}  // namespace handover::reachability

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/reachability/map_file.hpp"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+
+namespace handover {
+namespace {
+
+/// Feeds whole numbers and lengths rounded to 1e-9: sines of other libraries differ in the last
+/// bit.
+class Hasher {
+ public:
+  Hasher() : state_(XXH3_createState(), &XXH3_freeState) {
+    if (!state_) throw std::bad_alloc();
+    XXH3_64bits_reset(state_.get());
+  }
+
+  void add(std::int64_t number) { XXH3_64bits_update(state_.get(), &number, sizeof(number)); }
+
+  void add(double number) {
+    constexpr double kMost = 9e9;  // beyond this (and for NaN) the bits themselves
+    if (std::abs(number) < kMost) {
+      add(static_cast<std::int64_t>(std::llround(number * 1e9)));
+    } else {
+      add(std::bit_cast<std::int64_t>(number));
+    }
+  }
+
+  void add(const Eigen::Vector3d& v) {
+    for (const double x : v) add(x);
+  }
+
+  void add(const Pose& X) {
+    for (int column = 0; column < 4; ++column)
+      add(Eigen::Vector3d(X.matrix().col(column).head<3>()));
+  }
+
+  void add(const Shape& shape) {
+    add(shape.X_BS);
+    add(static_cast<std::int64_t>(shape.geometry.index()));
+    std::visit([this](const auto& geometry) { addGeometry(geometry); }, shape.geometry);
+  }
+
+  std::uint64_t digest() const { return XXH3_64bits_digest(state_.get()); }
+
+ private:
+  void addGeometry(const BoxShape& box) { add(box.size); }
+
+  void addGeometry(const SphereShape& sphere) { add(sphere.radius); }
+
+  void addGeometry(const CylinderShape& cylinder) {
+    add(cylinder.radius);
+    add(cylinder.length);
+  }
+
+  void addGeometry(const ConvexShape& hull) {
+    add(static_cast<std::int64_t>(hull.vertices.size()));
+    for (const Eigen::Vector3d& vertex : hull.vertices) add(vertex);
+  }
+
+  std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state_;
+};
+
+bool contains(const std::vector<int>& list, int value) {
+  return std::find(list.begin(), list.end(), value) != list.end();
+}
+
+/// The links that are this arm, carry it or stand still beside it: all but the other arms'.
+std::vector<bool> linksThatCount(const RobotModel& model, const Arm& arm) {
+  std::vector<bool> counts(model.links.size(), true);
+  for (const Joint& joint : model.joints) {
+    const int index = static_cast<int>(&joint - model.joints.data());
+    const bool others = std::any_of(model.arms.begin(), model.arms.end(), [&](const Arm& other) {
+      return contains(other.joints, index) && !contains(arm.joints, index);
+    });
+    counts[joint.child_link] = counts[joint.parent_link] && !others;
+  }
+  return counts;
+}
+
+}  // namespace
+
+std::uint64_t ReachabilityMap::hash(const RobotModel& model, int arm_index,
+                                    const RobotVector& q_torso, const ReachabilityParams& params) {
+  if (q_torso.size() != model.dofs()) {
+    throw std::invalid_argument("a robot of " + std::to_string(model.dofs()) +
+                                " joints was given " + std::to_string(q_torso.size()) +
+                                " positions");
+  }
+  const Arm& arm = model.arms.at(static_cast<std::size_t>(arm_index));
+  Hasher hasher;
+  hasher.add(std::int64_t{reachability::kFileVersion});
+  hasher.add(params.voxel);
+  hasher.add(static_cast<std::int64_t>(params.samples));
+  hasher.add(static_cast<std::int64_t>(params.seed));
+  hasher.add(std::int64_t{arm.base_link});
+  hasher.add(std::int64_t{arm.tool_link});
+  hasher.add(arm.approach_axis);
+
+  const std::vector<bool> counts = linksThatCount(model, arm);
+  for (std::size_t j = 0; j < model.joints.size(); ++j) {
+    const Joint& joint = model.joints[j];
+    if (!counts[joint.child_link]) continue;
+    hasher.add(std::int64_t{joint.parent_link});
+    hasher.add(std::int64_t{joint.child_link});
+    hasher.add(static_cast<std::int64_t>(joint.type));
+    hasher.add(joint.X_PJ);
+    if (joint.type == JointType::kFixed) continue;
+    hasher.add(joint.axis);
+    if (contains(arm.joints, static_cast<int>(j))) {
+      hasher.add(joint.lower);
+      hasher.add(joint.upper);
+    } else {
+      // Stands still at its place while the arm is sampled.
+      hasher.add(joint.mimic ? joint.mimic_multiplier * q_torso[joint.dof] + joint.mimic_offset
+                             : q_torso[joint.dof]);
+    }
+  }
+  for (std::size_t link = 0; link < model.links.size(); ++link) {
+    if (!counts[link]) continue;
+    hasher.add(static_cast<std::int64_t>(link));
+    hasher.add(static_cast<std::int64_t>(model.links[link].collision.size()));
+    for (const Shape& shape : model.links[link].collision) hasher.add(shape);
+  }
+  for (const auto& [pair, reason] : model.disabled_pairs) {
+    if (!counts[pair.first] || !counts[pair.second]) continue;
+    hasher.add(std::int64_t{pair.first});
+    hasher.add(std::int64_t{pair.second});
+  }
+  return hasher.digest();
+}
+
+}  // namespace handover

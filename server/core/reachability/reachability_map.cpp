@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/reachability/reachability_map.hpp"
+
+#include "core/reachability/map_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace handover {
+
+int directionBin(const Eigen::Vector3d& direction_A) {
+  // Slices of equal height have equal area on the sphere.
+  const double height = (direction_A.z() + 1) * 4;
+  const double azimuth = std::atan2(direction_A.y(), direction_A.x());
+  const double turn = (azimuth + std::numbers::pi) / (2 * std::numbers::pi) * 8;
+  const int slice = std::clamp(static_cast<int>(height), 0, 7);
+  return 8 * slice + std::clamp(static_cast<int>(turn), 0, 7);
+}
+
+struct ReachabilityMap::Data {
+  reachability::MappedFile file;
+  reachability::FileHeader header;
+  const std::int32_t* index = nullptr;
+  const ReachabilityVoxel* voxels = nullptr;
+};
+
+ReachabilityMap::ReachabilityMap() : data_(std::make_unique<Data>()) {}
+
+ReachabilityMap::~ReachabilityMap() = default;
+
+Result<std::shared_ptr<const ReachabilityMap>> ReachabilityMap::open(
+    const std::filesystem::path& file, std::uint64_t expected_hash) {
+  const std::shared_ptr<ReachabilityMap> map(new ReachabilityMap);
+  Data& data = *map->data_;
+  if (const auto mapped = data.file.open(file); !mapped) return mapped.error();
+  const auto bytes = data.file.bytes();
+  const auto header = reachability::checkMapFile(bytes, expected_hash);
+  if (!header) return Error{header.error().code, file.string() + ": " + header.error().detail};
+  data.header = *header;
+  const auto& size = data.header.size;
+  const auto layout = reachability::layoutOf(
+      std::uint64_t(size[0]) * std::uint64_t(size[1]) * std::uint64_t(size[2]), data.header.filled);
+  data.index = reinterpret_cast<const std::int32_t*>(bytes.data() + layout.index_begin);
+  data.voxels = reinterpret_cast<const ReachabilityVoxel*>(bytes.data() + layout.voxels_begin);
+  return std::shared_ptr<const ReachabilityMap>(map);
+}
+
+const ReachabilityVoxel* ReachabilityMap::find(const Eigen::Vector3d& p_A) const {
+  const reachability::FileHeader& header = data_->header;
+  std::size_t cell = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double at = std::floor(p_A[axis] / header.voxel) - header.first[axis];
+    if (!(at >= 0 && at < header.size[axis])) return nullptr;  // NaN too
+    cell = cell * static_cast<std::size_t>(header.size[axis]) + static_cast<std::size_t>(at);
+  }
+  const std::int32_t index = data_->index[cell];
+  return index < 0 ? nullptr : data_->voxels + index;
+}
+
+double ReachabilityMap::operator()(const Eigen::Vector3d& p_A) const {
+  const ReachabilityVoxel* voxel = find(p_A);
+  return voxel != nullptr ? double{voxel->manipulability} : 0;
+}
+
+double ReachabilityMap::voxelSize() const { return data_->header.voxel; }
+
+std::size_t ReachabilityMap::filledVoxels() const { return data_->header.filled; }
+
+}  // namespace handover
