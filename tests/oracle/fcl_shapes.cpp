@@ -61,6 +61,9 @@ struct FclShape::Data {
 FclShape::FclShape(const Shape& shape) : data(std::make_unique<Data>()) {
   data->geometry = std::visit(ToFcl{}, shape.geometry);
   data->X_BS = shape.X_BS;
+  data->geometry->computeLocalAABB();
+  ball_middle = shape.X_BS * data->geometry->aabb_center;
+  ball_radius = data->geometry->aabb_radius;
 }
 
 FclShape::~FclShape() = default;

@@ -17,6 +17,10 @@ class FclShape {
   ~FclShape();
   FclShape(FclShape&&) noexcept;
 
+  /// A ball round the shape, in the body's frame.
+  Eigen::Vector3d ball_middle;
+  double ball_radius = 0;
+
   struct Data;
   std::unique_ptr<Data> data;
 };
