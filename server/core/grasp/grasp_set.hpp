@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Grasps of one object by one hand, made offline ([paper] §V: surface samples, palm just above, approach
-// along the normal, 4 rolls, fingers closed until contact).
+// Grasps of one object by one hand, made offline ([paper] §V: surface samples, palm just above,
+// approach along the normal, 4 rolls, fingers closed until contact).
 #pragma once
 
 #include "core/model/scene.hpp"
@@ -23,24 +23,24 @@ struct GraspContact {
 
 struct Grasp {
   Pose X_OT = Pose::Identity();
-  Eigen::VectorXd open;                            ///< hand joints before closing, Hand::dofs order
-  Eigen::VectorXd closed;                          ///< at contact
+  Eigen::VectorXd open;    ///< hand joints before closing, Hand::dofs order
+  Eigen::VectorXd closed;  ///< at contact
   std::vector<GraspContact> contacts;
-  double quality = 0;                              ///< force closure: radius of the largest wrench ball
+  double quality = 0;  ///< force closure: radius of the largest wrench ball
 };
 
 struct GraspSet {
   std::string object, robot, hand;
-  std::vector<Grasp> grasps;                       ///< best quality first, ties by generation order
+  std::vector<Grasp> grasps;  ///< best quality first, ties by generation order
 };
 
 struct GraspParams {
-  int wanted = 368;                                ///< Table I's number
-  double surplus = 1.2;                            ///< made at least surplus * wanted, then thinned
-  double palm_gap = 0.008;                         ///< palm above the sample [m]
+  int wanted = 368;         ///< Table I's number
+  double surplus = 1.2;     ///< made at least surplus * wanted, then thinned
+  double palm_gap = 0.008;  ///< palm above the sample [m]
   int rolls = 4;
-  double min_spacing = 0.005;                      ///< no two grasps within both of these
-  double min_angle = 0.1745329251994330;           ///< [rad]
+  double min_spacing = 0.005;             ///< no two grasps within both of these
+  double min_angle = 0.1745329251994330;  ///< [rad]
   double friction = 0.6;
   std::uint64_t seed = 1;
 };
@@ -56,7 +56,8 @@ Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& mod
                                 const Deadline& deadline);
 
 /// JSON file, temporary name then rename.
-Result<bool> writeGraspSet(const GraspSet& set, std::uint64_t hash, const std::filesystem::path& file);
+Result<bool> writeGraspSet(const GraspSet& set, std::uint64_t hash,
+                           const std::filesystem::path& file);
 /// kNotFound: no file; kInvalidInput: not ours, malformed or another hash (the detail says what).
 Result<GraspSet> readGraspSet(const std::filesystem::path& file, std::uint64_t expected_hash);
 
