@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace handover {
@@ -16,6 +17,8 @@ constexpr double kLookAhead = 0.04;  // distances are asked for up to this [m]
 constexpr int kMaxSteps = 200;       // of one joint's closing; seen: below 60
 constexpr double kLineSkin = 1e-4;   // fingers on their way to the contact stay this far off [m]
 constexpr double kOpenings[] = {0.15, 0.25, 0.35, 0.5, 0.7, 1.0};
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 std::vector<Eigen::Vector3d> outline(const Link& link) {
   std::vector<Eigen::Vector3d> points;
@@ -29,16 +32,15 @@ std::vector<Eigen::Vector3d> outline(const Link& link) {
 /// Farthest point of a link and all beyond it from the link's own origin, whatever the posture.
 double reachOf(const RobotModel& model, int link) {
   double reach = 0;
-  for (const auto& p : outline(model.links[static_cast<std::size_t>(link)]))
-    reach = std::max(reach, p.norm());
+  for (const auto& p : outline(model.links[at(link)])) reach = std::max(reach, p.norm());
   return reach * 1.01;  // round shapes are drawn by inscribed facets
 }
 
 int dofIn(const RobotModel& from, int dof, const RobotModel& to) {
-  const int joint = from.dof_joints[static_cast<std::size_t>(dof)];
-  const int found = to.findJoint(from.joints[static_cast<std::size_t>(joint)].name);
+  const int joint = from.dof_joints[at(dof)];
+  const int found = to.findJoint(from.joints[at(joint)].name);
   if (found < 0) throw std::invalid_argument("a hand's joint is not beyond the wrist");
-  return to.joints[static_cast<std::size_t>(found)].dof;
+  return to.joints[at(found)].dof;
 }
 
 std::vector<int> dofsIn(const RobotModel& from, const std::vector<int>& dofs,
@@ -52,7 +54,7 @@ std::vector<int> linksIn(const RobotModel& from, const std::vector<int>& links,
                          const RobotModel& to) {
   std::vector<int> mapped;
   for (const int link : links) {
-    const int found = to.findLink(from.links[static_cast<std::size_t>(link)].name);
+    const int found = to.findLink(from.links[at(link)].name);
     if (found >= 0) mapped.push_back(found);
   }
   return mapped;
@@ -63,16 +65,16 @@ RobotModel subtree(const RobotModel& model, int root) {
   RobotModel sub;
   sub.name = model.name;
   std::vector<int> link_at(model.links.size(), -1);
-  link_at[static_cast<std::size_t>(root)] = 0;
-  sub.links.push_back(model.links[static_cast<std::size_t>(root)]);
+  link_at[at(root)] = 0;
+  sub.links.push_back(model.links[at(root)]);
   sub.links[0].parent_joint = -1;
   std::vector<int> masters;  // dofs of `model` in the order of sub's
   for (const Joint& joint : model.joints) {
-    const int parent = link_at[static_cast<std::size_t>(joint.parent_link)];
+    const int parent = link_at[at(joint.parent_link)];
     if (parent < 0 || joint.child_link == root) continue;
     const int child = static_cast<int>(sub.links.size());
-    link_at[static_cast<std::size_t>(joint.child_link)] = child;
-    sub.links.push_back(model.links[static_cast<std::size_t>(joint.child_link)]);
+    link_at[at(joint.child_link)] = child;
+    sub.links.push_back(model.links[at(joint.child_link)]);
     sub.links.back().parent_joint = static_cast<int>(sub.joints.size());
     sub.joints.push_back(joint);
     sub.joints.back().parent_link = parent;
@@ -83,15 +85,15 @@ RobotModel subtree(const RobotModel& model, int root) {
   for (std::size_t j = 0; j < sub.joints.size(); ++j) {
     Joint& joint = sub.joints[j];
     if (joint.type == JointType::kFixed) continue;
-    const auto at = std::find(masters.begin(), masters.end(), joint.dof);
-    if (at == masters.end())
+    const auto found = std::find(masters.begin(), masters.end(), joint.dof);
+    if (found == masters.end())
       throw std::invalid_argument("joint " + joint.name + " of a hand mimics one outside it");
-    joint.dof = static_cast<int>(at - masters.begin());
-    if (!joint.mimic) sub.dof_joints[static_cast<std::size_t>(joint.dof)] = static_cast<int>(j);
+    joint.dof = static_cast<int>(found - masters.begin());
+    if (!joint.mimic) sub.dof_joints[at(joint.dof)] = static_cast<int>(j);
   }
   for (const auto& [pair, reason] : model.disabled_pairs) {
-    const int a = link_at[static_cast<std::size_t>(pair.first)];
-    const int b = link_at[static_cast<std::size_t>(pair.second)];
+    const int a = link_at[at(pair.first)];
+    const int b = link_at[at(pair.second)];
     if (a >= 0 && b >= 0) sub.disabled_pairs[std::minmax(a, b)] = reason;
   }
   return sub;
@@ -100,8 +102,7 @@ RobotModel subtree(const RobotModel& model, int root) {
 RobotVector restingPosture(const RobotModel& model) {
   RobotVector q = RobotVector::Zero(model.dofs());
   for (int dof = 0; dof < model.dofs(); ++dof) {
-    const Joint& joint =
-        model.joints[static_cast<std::size_t>(model.dof_joints[static_cast<std::size_t>(dof)])];
+    const Joint& joint = model.joints[at(model.dof_joints[at(dof)])];
     q[dof] = std::clamp(0.0, joint.lower, joint.upper);
   }
   return q;
@@ -129,35 +130,39 @@ std::shared_ptr<const CollisionScene> handAndObject(const SceneObject& object,
 HandModel cutHand(const RobotModel& model, int arm) {
   if (arm < 0 || arm >= static_cast<int>(model.arms.size()))
     throw std::invalid_argument("no such arm");
-  const Arm& a = model.arms[static_cast<std::size_t>(arm)];
+  const Arm& a = model.arms[at(arm)];
   if (a.hand < 0) throw std::invalid_argument("arm " + a.name + " has no hand");
-  const Hand& full = model.hands[static_cast<std::size_t>(a.hand)];
-  const int root =
-      a.joints.empty() ? 0 : model.joints[static_cast<std::size_t>(a.joints.back())].child_link;
+  const Hand& full = model.hands[at(a.hand)];
+  const int root = a.joints.empty() ? 0 : model.joints[at(a.joints.back())].child_link;
 
   HandModel cut;
   cut.model = std::make_shared<const RobotModel>(subtree(model, root));
   const RobotModel& sub = *cut.model;
   cut.approach_T = a.approach_axis;
   cut.hand = full;
-  cut.hand.palm_link = sub.findLink(model.links[static_cast<std::size_t>(full.palm_link)].name);
+  cut.hand.palm_link = sub.findLink(model.links[at(full.palm_link)].name);
   cut.hand.finger_links = linksIn(model, full.finger_links, sub);
   cut.hand.links = linksIn(model, full.links, sub);
   cut.hand.dofs = dofsIn(model, full.dofs, sub);
   for (auto& finger : cut.hand.fingers) finger = dofsIn(model, finger, sub);
-  const int tool = sub.findLink(model.links[static_cast<std::size_t>(a.tool_link)].name);
+  const int tool = sub.findLink(model.links[at(a.tool_link)].name);
   if (tool < 0 || cut.hand.palm_link < 0) {
     throw std::invalid_argument("tool or palm of arm " + a.name + " is not beyond its last joint");
   }
   std::vector<Pose> X_RL;
   linkPoses(sub, Pose::Identity(), restingPosture(sub), X_RL);
-  cut.X_RT = X_RL[static_cast<std::size_t>(tool)];
-  const Pose X_TP = cut.X_RT.inverse() * X_RL[static_cast<std::size_t>(cut.hand.palm_link)];
-  const auto palm = outline(sub.links[static_cast<std::size_t>(cut.hand.palm_link)]);
-  if (palm.empty()) throw std::invalid_argument("the palm of arm " + a.name + " has no shapes");
-  cut.palm_extent = -1e9;
-  for (const auto& p : palm)
+  cut.X_RT = X_RL[at(tool)];
+  // A palm may be a bare frame on the link that carries its shape: then that link counts.
+  int palm = cut.hand.palm_link;
+  while (sub.links[at(palm)].collision.empty()) {
+    if (palm == 0) throw std::invalid_argument("the palm of arm " + a.name + " has no shapes");
+    palm = sub.joints[at(sub.links[at(palm)].parent_joint)].parent_link;
+  }
+  const Pose X_TP = cut.X_RT.inverse() * X_RL[at(palm)];
+  cut.palm_extent = -std::numeric_limits<double>::infinity();
+  for (const auto& p : outline(sub.links[at(palm)])) {
     cut.palm_extent = std::max(cut.palm_extent, cut.approach_T.dot(X_TP * p));
+  }
   return cut;
 }
 
@@ -167,7 +172,7 @@ HandCloser::HandCloser(const SceneObject& object, HandModel hand, const GraspRul
   const CollisionScene& scene = world_.scene();
   object_ = scene.objectBody(0);
   is_finger_.assign(model.links.size(), false);
-  for (const int link : hand_.hand.finger_links) is_finger_[static_cast<std::size_t>(link)] = true;
+  for (const int link : hand_.hand.finger_links) is_finger_[at(link)] = true;
   for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
     link_body_.push_back(scene.linkBody(0, link));
     if (link_body_.back() >= 0) bodies_.push_back(link_body_.back());
@@ -177,8 +182,8 @@ HandCloser::HandCloser(const SceneObject& object, HandModel hand, const GraspRul
   set(Pose::Identity(), hand_.hand.open);
   for (int a = 0; a < static_cast<int>(model.links.size()); ++a) {
     for (int b = a + 1; b < static_cast<int>(model.links.size()); ++b) {
-      const BodyId body_a = link_body_[static_cast<std::size_t>(a)];
-      const BodyId body_b = link_body_[static_cast<std::size_t>(b)];
+      const BodyId body_a = link_body_[at(a)];
+      const BodyId body_b = link_body_[at(b)];
       if (body_a < 0 || body_b < 0 || scene.standingPairs().contains(body_a, body_b)) continue;
       const auto open = world_.distance(body_a, body_b, rules_.self_clearance);
       if (open && open->distance <= 0) continue;
@@ -190,18 +195,17 @@ HandCloser::HandCloser(const SceneObject& object, HandModel hand, const GraspRul
   for (const int dof : hand_.hand.dofs) {
     const std::vector<int> moved = model.linksMovedBy({dof});
     std::vector<bool> moves(model.links.size(), false);
-    for (const int link : moved) moves[static_cast<std::size_t>(link)] = true;
+    for (const int link : moved) moves[at(link)] = true;
     // Reach of a link from this dof's axis: its own extent and the joints between, whatever their
     // posture.
     std::vector<Mover> movers;
     for (const int link : moved) {
-      const BodyId body = link_body_[static_cast<std::size_t>(link)];
+      const BodyId body = link_body_[at(link)];
       if (body < 0) continue;
       double arm_length = reachOf(model, link);
       double speed = 0;
       for (int l = link; l > 0;) {
-        const Joint& joint = model.joints[static_cast<std::size_t>(
-            model.links[static_cast<std::size_t>(l)].parent_joint)];
+        const Joint& joint = model.joints[at(model.links[at(l)].parent_joint)];
         if (joint.type != JointType::kFixed && joint.dof == dof) {
           const double factor = joint.mimic ? std::abs(joint.mimic_multiplier) : 1.0;
           speed += factor * (joint.type == JointType::kRevolute ? arm_length : 1.0);
@@ -215,9 +219,8 @@ HandCloser::HandCloser(const SceneObject& object, HandModel hand, const GraspRul
     }
     std::vector<SelfPair> guarded;
     for (const SelfPair& pair : self_pairs_) {
-      if (moves[static_cast<std::size_t>(pair.link_a)] !=
-              moves[static_cast<std::size_t>(pair.link_b)] ||
-          (moves[static_cast<std::size_t>(pair.link_a)] && moved.size() > 1)) {
+      if (moves[at(pair.link_a)] != moves[at(pair.link_b)] ||
+          (moves[at(pair.link_a)] && moved.size() > 1)) {
         guarded.push_back(pair);
       }
     }
@@ -259,16 +262,15 @@ std::optional<double> HandCloser::advance(const Pose& X_OT, const VectorXd& q, d
 }
 
 double HandCloser::freeTravel(int dof) {
-  const auto at = static_cast<std::size_t>(dof);
   double travel = 1e9;
-  for (const Mover& mover : movers_[at]) {
+  for (const Mover& mover : movers_[at(dof)]) {
     const double gap = toObject(mover.body, kLookAhead) - rules_.contact_gap;
     if (gap <= rules_.gap_tolerance) return 0;
     travel = std::min(travel, gap / std::max(mover.reach, 1e-6));
   }
   double fastest = 1e-6;
-  for (const Mover& mover : movers_[at]) fastest = std::max(fastest, mover.reach);
-  for (const SelfPair& pair : guarded_[at]) {
+  for (const Mover& mover : movers_[at(dof)]) fastest = std::max(fastest, mover.reach);
+  for (const SelfPair& pair : guarded_[at(dof)]) {
     const auto found = world_.distance(pair.a, pair.b, kLookAhead);
     const double gap = (found ? found->distance : kLookAhead) - pair.needed;
     if (gap <= rules_.gap_tolerance) return 0;
@@ -293,8 +295,9 @@ VectorXd HandCloser::close(const Pose& X_OT, const VectorXd& open) {
   const std::vector<int>& dofs = hand_.hand.dofs;
   for (const auto& finger : hand_.hand.fingers) {
     for (const int dof : finger) {
-      const auto at = std::find(dofs.begin(), dofs.end(), dof);
-      if (at != dofs.end()) closeJoint(X_OT, static_cast<int>(at - dofs.begin()), q);
+      const auto found = std::find(dofs.begin(), dofs.end(), dof);
+      if (found == dofs.end()) continue;
+      closeJoint(X_OT, static_cast<int>(found - dofs.begin()), q);
     }
   }
   return q;
@@ -306,14 +309,14 @@ std::vector<GraspContact> HandCloser::contacts(const Pose& X_OT, const VectorXd&
   std::vector<GraspContact> found;
   std::vector<double> distance;
   for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
-    const BodyId body = link_body_[static_cast<std::size_t>(link)];
+    const BodyId body = link_body_[at(link)];
     if (body < 0) continue;
-    const bool finger = is_finger_[static_cast<std::size_t>(link)];
+    const bool finger = is_finger_[at(link)];
     const auto near =
         world_.distance(body, object_, finger ? rules_.contact_range : rules_.clearance - 1e-3);
     if (!near) continue;
     if (!finger || near->distance < 0.25 * rules_.contact_gap) return {};
-    found.push_back({model.links[static_cast<std::size_t>(link)].name, near->p_Wb, near->n_W});
+    found.push_back({model.links[at(link)].name, near->p_Wb, near->n_W});
     distance.push_back(near->distance);
   }
   for (std::size_t i = 0; i < found.size(); ++i) {
