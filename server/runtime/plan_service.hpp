@@ -6,19 +6,11 @@
 
 #include <handover/common/deadline.hpp>
 #include <handover/common/plan.hpp>
+#include <handover/common/status.hpp>
 
-#include <cstdint>
-#include <string>
 #include <vector>
 
 namespace handover {
-
-struct CellInfo {
-  std::string name;
-  std::vector<std::string> tasks;
-  std::uint64_t revision = 0;
-  bool operator==(const CellInfo&) const = default;
-};
 
 /// Implementations are safe from any worker thread.
 class PlanService {

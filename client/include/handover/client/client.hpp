@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Asking a handover daemon for plans. No DDS type shows here.
+#pragma once
+
+#include <handover/common/plan.hpp>
+#include <handover/common/status.hpp>
+
+#include <chrono>
+#include <functional>
+#include <future>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace handover::client {
+
+struct ClientOptions {
+  int domain = 0;         ///< DDS domain, 0..232
+  std::string client_id;  ///< [a-z0-9_-]{1,64}; empty: a random one
+  /// For a daemon to show up, to take a request, and to come back after it was lost.
+  std::chrono::milliseconds wait{5000};
+};
+
+class ClientError : public std::runtime_error {
+ public:
+  enum class Code {
+    kNoDaemon,     ///< nobody there, or nobody took the request, within `wait`
+    kDaemonLost,   ///< the daemon went away during the request and did not come back within `wait`
+    kInterrupted,  ///< interrupt() was called
+    kBadStream,    ///< the daemon sent what cannot be read
+    kDds,          ///< the middleware failed
+  };
+  ClientError(Code code, const std::string& text) : std::runtime_error(text), code_(code) {}
+
+  Code code() const { return code_; }
+
+ private:
+  Code code_;
+};
+
+/// Called for every stage in order, from the client's own thread; must not call Client::plan().
+using OnStage = std::function<void(const PlanStage&)>;
+
+/// A request on its way. Copies are the same request.
+class PlanHandle {
+ public:
+  RequestId id() const;
+  /// Waits for the outcome; every stage was delivered before. @throws ClientError.
+  Outcome wait() const;
+  /// True when wait() would not wait after at most this time.
+  bool waitFor(std::chrono::milliseconds most) const;
+  /// Asks the daemon to stop; the outcome still comes.
+  void cancel() const;
+  /// From the write of the request to the arrival of its outcome. After wait() only.
+  std::chrono::duration<double> answerTime() const;
+
+ private:
+  friend class Client;
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+/// A participant of one domain with a thread that delivers callbacks. Safe from any thread.
+class Client {
+ public:
+  /// @throws ClientError (kDds); std::invalid_argument for a bad client id.
+  explicit Client(const ClientOptions& options = {});
+  /// Open requests are cancelled by the daemon when their client is gone.
+  ~Client();
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  const std::string& clientId() const;
+
+  /// Sends a request and waits until a daemon took it. An empty id gets a random one; client_id is filled in.
+  /// A request beyond the wire's bounds is rejected here, as the daemon would. @throws ClientError.
+  PlanHandle plan(PlanRequest request, OnStage on_stage = {});
+
+  /// Cancels any request of the domain by its id.
+  void cancel(const RequestId& id);
+
+  /// The daemons announced, by id; waits until there is one. @throws ClientError (kNoDaemon).
+  std::vector<DaemonStatus> daemons();
+
+  /// Delivers stages of all requests in the domain from now on, and those that daemons still keep.
+  void watch(OnStage on_stage);
+
+  /// Ends the waiting in plan() and daemons(), now and later, with kInterrupted.
+  void interrupt();
+
+  struct Impl;
+
+ private:
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace handover::client

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stream of an answer as text: the plan file, and one JSON line per stage.
+#pragma once
+
+#include <handover/common/plan.hpp>
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace handover::client {
+
+/// Gathers the stages of one request and writes the plan file (format handover-plan/1) from them alone.
+/// For equal stages, elapsed times apart, the text of the member "plan" is the same to the byte.
+class PlanFile {
+ public:
+  void add(const PlanStage& stage);
+
+  /// True once the outcome is done and every stage of its solution is there.
+  bool complete() const;
+  /// The file's text. @throws std::logic_error unless complete().
+  std::string text() const;
+
+  /// The final solution; nullptr unless the outcome is done.
+  const Solution* solution() const;
+  /// Stages of the final solution in the order of the plan; empty unless the outcome is done.
+  std::vector<const StageTrajectory*> trajectories() const;
+  /// [s] until the last stage of the first whole plan had left the daemon.
+  std::optional<double> firstPlanSeconds() const { return first_plan_s_; }
+
+ private:
+  void take(const Accepted& accepted);
+  void take(const SceneSnapshot& scene);
+  void take(const ArmSelected& arms);
+  void take(const GraspsPruned& pruned);
+  void take(const HandoverCandidates& candidates);
+  void take(const Solution& solution);
+  void take(const StageTrajectory& stage);
+  void take(const Outcome& outcome);
+
+  std::vector<std::pair<std::string, double>> elapsed_;  ///< first of each kind of stage [s]
+  double last_elapsed_s_ = 0;
+  std::optional<double> first_plan_s_;
+  Accepted accepted_;
+  std::optional<SceneSnapshot> scene_;
+  std::vector<ArmSelected> arms_;
+  std::vector<GraspsPruned> pruned_;
+  std::vector<HandoverCandidates> candidates_;
+  std::map<std::uint32_t, Solution> solutions_;
+  std::map<std::uint32_t, std::map<std::uint32_t, StageTrajectory>> stages_;
+  std::optional<Outcome> outcome_;
+};
+
+/// "accepted", "scene", "arm_selected", "grasps_pruned", "handover_candidates", "solution", "trajectory" or
+/// "outcome".
+const char* payloadName(const StagePayload& payload);
+
+/// A stage as one line of JSON, no line break: request_id, sequence, elapsed_s, type and the payload.
+std::string jsonLine(const PlanStage& stage);
+
+}  // namespace handover::client

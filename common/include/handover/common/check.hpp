@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// The bounds of what travels: checked by both ends, since the wire itself checks none.
+#pragma once
+
+#include <handover/common/plan.hpp>
+#include <handover/common/status.hpp>
+
+#include <cstddef>
+#include <string_view>
+#include <vector>
+
+namespace handover {
+
+/// Largest sizes of a message's parts. Text in bytes.
+namespace bounds {
+inline constexpr std::size_t kName = 256;
+inline constexpr std::size_t kPath = 1024;
+inline constexpr std::size_t kOverridePath = 512;
+inline constexpr std::size_t kText = 4096;
+inline constexpr std::size_t kOverrides = 256;
+inline constexpr std::size_t kFaults = 1024;
+inline constexpr std::size_t kRobots = 64;
+inline constexpr std::size_t kObjects = 1024;
+inline constexpr std::size_t kJoints = 512;
+inline constexpr std::size_t kParts = 4096;
+inline constexpr std::size_t kPairs = 4096;
+inline constexpr std::size_t kSamples = 100'000;
+inline constexpr std::size_t kCells = 1024;
+}  // namespace bounds
+
+/// True for [a-z0-9_-]{1,64}.
+bool validClientId(std::string_view text);
+
+/// Every fault of a value: sizes beyond the bounds, numbers that are not finite, quaternions off unit
+/// length by more than 1e-3, enumerators that do not exist, rows of the wrong length. `field` is the
+/// member's path, list entries by index. Empty: none. Names are not looked up here.
+std::vector<Fault> check(const PlanRequest& request);
+std::vector<Fault> check(const PlanStage& stage);
+std::vector<Fault> check(const DaemonStatus& status);
+
+}  // namespace handover

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a daemon tells about itself.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace handover {
+
+/// A cell that a daemon serves.
+struct CellInfo {
+  std::string name;
+  std::vector<std::string> tasks;
+  std::uint64_t revision = 0;  ///< of its scene
+  bool operator==(const CellInfo&) const = default;
+};
+
+/// A daemon's random id, made at its start; lower ids answer for cells that nobody serves.
+using DaemonId = std::array<std::uint8_t, 16>;
+
+enum class DaemonState {
+  kUnspecified = 0,
+  kPreparing,  ///< builds maps and grasp sets; requests wait in the queue
+  kReady,
+  kStopping,   ///< open requests get their outcomes, new ones are left to others
+};
+
+/// "preparing", "ready", "stopping"; "unspecified" for kUnspecified.
+const char* toString(DaemonState state);
+
+/// Requests answered since the start, by outcome.
+struct OutcomeCounters {
+  std::uint64_t accepted = 0;
+  std::uint64_t done = 0, failed = 0, cancelled = 0, rejected = 0;
+  bool operator==(const OutcomeCounters&) const = default;
+};
+
+struct DaemonStatus {
+  DaemonId id{};
+  std::string version;
+  DaemonState state = DaemonState::kUnspecified;
+  std::vector<CellInfo> cells;
+  std::uint32_t queued = 0, running = 0;
+  OutcomeCounters counters;
+  bool operator==(const DaemonStatus&) const = default;
+};
+
+}  // namespace handover

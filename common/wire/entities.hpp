@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+// DDS entities as scoped objects. QoS is set here, in code, and nowhere else: UDP on loopback, no multicast,
+// no shared memory, whatever profiles lie about.
+//
+// Callbacks run on Fast DDS's threads: they hand over and return, and never create or delete entities.
+// An exception that leaves one is logged and swallowed.
+#pragma once
+
+#include <handover.h>
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+namespace handover::wire {
+
+/// A DDS entity could not be made or used.
+class DdsError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The largest domain whose ports exist.
+inline constexpr int kMaxDomain = 232;
+
+/// Identity of a writer or reader anywhere in the domain.
+using Guid = std::array<std::uint8_t, 16>;
+
+/// Sends Fast DDS's warnings (or only its errors) to our log, tag "fastdds", repeats left out.
+/// Call once, before the first participant.
+void routeDdsLog(bool errors_only);
+
+/// A remote writer of one of our topics, as discovery reports it.
+struct RemoteWriter {
+  Guid guid{};
+  std::string topic;
+  std::string user_data;
+};
+
+struct ParticipantOptions {
+  int domain = 0;
+  std::string name;
+  /// Called for each remote writer that is found.
+  std::function<void(const RemoteWriter&)> on_writer;
+};
+
+/// A participant with the types and topics of handover registered. Move-only; the entities made from it
+/// keep it alive.
+class Participant {
+ public:
+  /// @throws DdsError.
+  explicit Participant(ParticipantOptions options);
+
+  struct Impl;
+
+ private:
+  friend class WriterCore;
+  friend class ReaderCore;
+  std::shared_ptr<Impl> impl_;
+};
+
+/// A peer was matched with an entity of ours, or lost.
+struct Match {
+  Guid peer{};
+  bool gained = false;
+  int current = 0;  ///< peers now
+};
+
+struct EntityOptions {
+  std::string partition{};  ///< empty: the default one
+  std::string user_data{};  ///< travels with discovery (writers)
+  std::function<void(const Match&)> on_match{};
+};
+
+enum class WriteResult { kOk, kTimeout, kError };
+
+// ---- topics --------------------------------------------------------------------------------------
+
+enum class TopicId { kRequest, kCancel, kStage, kStatus };
+
+inline constexpr const char* kRequestTopic = "handover/v1/request";
+
+template <typename Message>
+struct TopicOf;
+template <>
+struct TopicOf<msg::HandoverRequest> {
+  static constexpr TopicId kId = TopicId::kRequest;
+};
+template <>
+struct TopicOf<msg::HandoverCancel> {
+  static constexpr TopicId kId = TopicId::kCancel;
+};
+template <>
+struct TopicOf<msg::PlanStage> {
+  static constexpr TopicId kId = TopicId::kStage;
+};
+template <>
+struct TopicOf<msg::DaemonStatus> {
+  static constexpr TopicId kId = TopicId::kStatus;
+};
+
+// ---- writers -------------------------------------------------------------------------------------
+
+/// What Writer<T> is made of; use that.
+class WriterCore {
+ public:
+  WriterCore(const Participant& participant, TopicId topic, EntityOptions options);
+  WriterCore(WriterCore&&) noexcept;
+  WriterCore& operator=(WriterCore&&) noexcept;
+  ~WriterCore();
+
+  WriteResult write(const void* message);
+  bool dispose(const void* message);
+  bool unregister(const void* message);
+  bool waitForAcknowledgments(std::chrono::milliseconds most);
+  int matched() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Writes one topic. Methods are safe from any thread.
+template <typename Message>
+class Writer {
+ public:
+  /// @throws DdsError.
+  Writer(const Participant& participant, EntityOptions options)
+      : core_(participant, TopicOf<Message>::kId, std::move(options)) {}
+
+  /// kTimeout: the history stayed full for the blocking time.
+  [[nodiscard]] WriteResult write(const Message& message) { return core_.write(&message); }
+  /// Ends the instance of the message's key; late joiners still get its samples.
+  bool dispose(const Message& message) { return core_.dispose(&message); }
+  /// Frees the instance; late joiners get nothing of it. Not disposed before: disposes it too.
+  bool unregister(const Message& message) { return core_.unregister(&message); }
+  /// True when all matched readers have everything.
+  bool waitForAcknowledgments(std::chrono::milliseconds most) {
+    return core_.waitForAcknowledgments(most);
+  }
+  int matched() const { return core_.matched(); }
+
+ private:
+  WriterCore core_;
+};
+
+// ---- readers -------------------------------------------------------------------------------------
+
+/// What a reader got: a message, or word that the key's instance is gone.
+template <typename Message>
+struct Sample {
+  const Message* message = nullptr;   ///< null: the instance was disposed or lost its writers
+  std::array<std::uint8_t, 16> key{};  ///< of the instance
+  Guid writer{};
+};
+
+/// What Reader<T> is made of; use that.
+class ReaderCore {
+ public:
+  struct RawSample {
+    const void* message = nullptr;
+    std::array<std::uint8_t, 16> key{};
+    Guid writer{};
+  };
+  ReaderCore(const Participant& participant, TopicId topic, EntityOptions options,
+             std::shared_ptr<void> scratch, std::function<void(const RawSample&)> on_sample);
+  ReaderCore(ReaderCore&&) noexcept;
+  ReaderCore& operator=(ReaderCore&&) noexcept;
+  ~ReaderCore();
+
+  int matched() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Reads one topic and hands each sample to a callback, on the receiving thread.
+template <typename Message>
+class Reader {
+ public:
+  using OnSample = std::function<void(const Sample<Message>&)>;
+
+  /// Callbacks may come before the constructor returns, and none after the destructor did. @throws DdsError.
+  Reader(const Participant& participant, EntityOptions options, OnSample on_sample)
+      : core_(participant, TopicOf<Message>::kId, std::move(options), std::make_shared<Message>(),
+              [call = std::move(on_sample)](const ReaderCore::RawSample& raw) {
+                call({static_cast<const Message*>(raw.message), raw.key, raw.writer});
+              }) {}
+
+  int matched() const { return core_.matched(); }
+
+ private:
+  ReaderCore core_;
+};
+
+}  // namespace handover::wire

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dds/client_stream.hpp"
+
+#include "runtime/thread_name.hpp"
+#include "wire/codec.hpp"
+
+#include <handover/common/log.hpp>
+
+namespace handover {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// Answered requests that are kept at most: half of what the writer can hold.
+constexpr std::size_t kAnswered = 128;
+
+msg::PlanStage keyOnly(const RequestId& id) {
+  msg::PlanStage message;
+  message.request_id(id.bytes);
+  return message;
+}
+
+}  // namespace
+
+ClientStream::ClientStream(const wire::Participant& participant, std::string client_id,
+                           Settings settings, std::function<void()> on_drop)
+    : participant_(participant),
+      client_id_(std::move(client_id)),
+      settings_(settings),
+      on_drop_(std::move(on_drop)),
+      thread_([this] { loop(); }) {}
+
+ClientStream::~ClientStream() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  changed_.notify_all();
+}
+
+void ClientStream::publish(const PlanStage& stage) {
+  {
+    const std::lock_guard lock(mutex_);
+    last_used_ = Clock::now();
+    if (dropped_) return;
+    if (backlog_.size() >= settings_.max_backlog) {
+      dropped_ = true;
+      backlog_.clear();
+    } else {
+      backlog_.push_back(stage);
+      delivered_ = false;
+    }
+  }
+  changed_.notify_all();
+}
+
+bool ClientStream::idle() const {
+  const std::lock_guard lock(mutex_);
+  return backlog_.empty() && instances_ == 0 && Clock::now() - last_used_ > settings_.retention;
+}
+
+void ClientStream::flush(Clock::time_point until) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_until(lock, until, [this] { return delivered_ || dropped_ || stopping_; });
+}
+
+// ---- the stream's thread -----------------------------------------------------------------------------
+
+void ClientStream::loop() noexcept {
+  nameThread("to " + client_id_);
+  try {
+    run();
+  } catch (const std::exception& error) {
+    logger("dds")->error("client {}: {}", client_id_, error.what());
+    const std::lock_guard lock(mutex_);
+    dropped_ = true;
+    backlog_.clear();
+  }
+  bool drop = false;
+  {
+    const std::lock_guard lock(mutex_);
+    drop = dropped_ && !stopping_;
+    instances_ = 0;
+  }
+  changed_.notify_all();
+  if (drop) {
+    logger("dds")->warn("client {} does not keep up and is dropped", client_id_);
+    on_drop_();
+  }
+}
+
+void ClientStream::run() {
+  wire::Writer<msg::PlanStage> writer(participant_, {.partition = client_id_});
+  while (true) {
+    std::deque<PlanStage> batch;
+    {
+      std::unique_lock lock(mutex_);
+      const auto wake = [this] { return stopping_ || dropped_ || !backlog_.empty(); };
+      if (!delivered_ && backlog_.empty()) {
+        // Nothing to send: find out whether the client has it all.
+        lock.unlock();
+        const bool all = writer.waitForAcknowledgments(50ms);
+        lock.lock();
+        if (all && backlog_.empty()) {
+          delivered_ = true;
+          changed_.notify_all();
+        }
+      } else if (answered_.empty()) {
+        changed_.wait(lock, wake);
+      } else {
+        changed_.wait_until(lock, answered_.front().at + settings_.retention, wake);
+      }
+      if (stopping_ || dropped_) return;
+      batch.swap(backlog_);
+    }
+    for (const PlanStage& stage : batch) {
+      if (send(writer, stage)) continue;
+      const std::lock_guard lock(mutex_);
+      dropped_ = true;
+      return;
+    }
+    forget(writer, Clock::now());
+  }
+}
+
+bool ClientStream::send(wire::Writer<msg::PlanStage>& writer, const PlanStage& stage) {
+  if (stage.sequence == 0) {
+    if (answered_.size() >= kAnswered) {
+      writer.waitForAcknowledgments(1s);  // what is forgotten is not sent again
+      forget(writer, Clock::time_point::max());
+    }
+    const std::lock_guard lock(mutex_);
+    ++instances_;
+  }
+  // One try blocks for the writer's blocking time; the client's lease is longer than that.
+  for (int attempt = 0; attempt < 5; ++attempt) {
+    const auto result = writer.write(wire::encode(stage));
+    if (result == wire::WriteResult::kOk) {
+      if (std::holds_alternative<Outcome>(stage.payload)) {
+        writer.dispose(keyOnly(stage.request_id));
+        answered_.push_back({stage.request_id, Clock::now()});
+      }
+      return true;
+    }
+    if (result == wire::WriteResult::kError) return false;
+    const std::lock_guard lock(mutex_);
+    if (stopping_) return false;
+  }
+  return false;
+}
+
+void ClientStream::forget(wire::Writer<msg::PlanStage>& writer, Clock::time_point now) {
+  // A full writer forgets its oldest answer before its time.
+  const bool full = now == Clock::time_point::max();
+  while (!answered_.empty() && (full ? answered_.size() >= kAnswered
+                                     : now - answered_.front().at >= settings_.retention)) {
+    writer.unregister(keyOnly(answered_.front().id));
+    answered_.pop_front();
+    const std::lock_guard lock(mutex_);
+    --instances_;
+  }
+}
+
+}  // namespace handover

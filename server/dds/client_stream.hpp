@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// The way to one client: a bounded queue, a thread and a stage writer in the client's partition, so that a
+// slow or dead client holds up nobody else.
+#pragma once
+
+#include "wire/entities.hpp"
+
+#include <handover/common/plan.hpp>
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace handover {
+
+/// Public methods are safe from any thread and do not wait for the client, flush() apart.
+class ClientStream {
+ public:
+  struct Settings {
+    std::chrono::milliseconds retention;
+    std::size_t max_backlog;
+  };
+
+  /// `on_drop` is called, once and from the stream's thread, when the client does not keep up.
+  ClientStream(const wire::Participant& participant, std::string client_id, Settings settings,
+               std::function<void()> on_drop);
+  /// Joins; what is still queued is not sent.
+  ~ClientStream();
+  ClientStream(const ClientStream&) = delete;
+  ClientStream& operator=(const ClientStream&) = delete;
+
+  void publish(const PlanStage& stage);
+  /// True when nothing was published for the retention time and all instances are gone.
+  bool idle() const;
+  /// Waits until the client has what was published before, or the time is over.
+  void flush(std::chrono::steady_clock::time_point until);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Answered {
+    RequestId id;
+    Clock::time_point at;
+  };
+
+  void loop() noexcept;
+  void run();
+  bool send(wire::Writer<msg::PlanStage>& writer, const PlanStage& stage);
+  void forget(wire::Writer<msg::PlanStage>& writer, Clock::time_point now);
+
+  const wire::Participant& participant_;
+  const std::string client_id_;
+  const Settings settings_;
+  const std::function<void()> on_drop_;
+  std::deque<Answered> answered_;  // of the thread alone: disposed, not yet unregistered
+
+  mutable std::mutex mutex_;       // guards all below but the thread
+  std::condition_variable changed_;
+  std::deque<PlanStage> backlog_;
+  bool stopping_ = false, dropped_ = false;
+  bool delivered_ = true;          // acknowledged up to here, or nobody is there
+  std::size_t instances_ = 0;
+  Clock::time_point last_used_ = Clock::now();
+
+  std::jthread thread_;
+};
+
+}  // namespace handover

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where requests come from and answers go to: DDS in the daemon, memory in tests.
+#pragma once
+
+#include <handover/common/plan.hpp>
+#include <handover/common/status.hpp>
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+namespace handover {
+
+/// Takes what clients send. Methods return at once and are called from the endpoint's threads, never two
+/// at a time.
+class RequestHandler {
+ public:
+  virtual ~RequestHandler() = default;
+
+  /// A request whose fields passed check().
+  virtual void onRequest(const PlanRequest& request) = 0;
+  /// A request that did not; its id and client are readable all the same.
+  virtual void onInvalidRequest(const RequestId& id, const std::string& client_id,
+                                const std::vector<Fault>& faults) = 0;
+  /// The client cancelled the request, disposed it or is gone.
+  virtual void onCancel(const RequestId& id) = 0;
+};
+
+/// Methods are safe from any thread, open() and stopReceiving() from the owner's.
+class Endpoint {
+ public:
+  virtual ~Endpoint() = default;
+
+  /// Starts to deliver to `handler`, which outlives stopReceiving().
+  virtual void open(RequestHandler& handler) = 0;
+  /// No call of the handler runs or starts after this returned.
+  virtual void stopReceiving() = 0;
+
+  /// Sends a stage to a client, in order per request. Never blocks on a client; a client that does not
+  /// keep up is dropped.
+  virtual void publish(const std::string& client_id, const PlanStage& stage) = 0;
+  /// Announces this daemon. Called at least every two seconds.
+  virtual void publishStatus(const DaemonStatus& status) = 0;
+  /// The other daemons announced and alive.
+  virtual std::vector<DaemonStatus> others() const = 0;
+  /// Waits until clients have what was published, or the time is over.
+  virtual void flush(std::chrono::milliseconds most) = 0;
+};
+
+}  // namespace handover

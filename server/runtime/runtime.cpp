@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/runtime.hpp"
+
+#include "runtime/thread_name.hpp"
+
+#include <handover/common/check.hpp>
+#include <handover/common/log.hpp>
+
+#include <algorithm>
+
+namespace handover {
+namespace {
+
+using namespace std::chrono_literals;
+
+Failed failed(FailureReason reason, std::string filter, std::string text) {
+  Failed outcome;
+  outcome.reason = reason;
+  outcome.explanation.filter = std::move(filter);
+  outcome.explanation.text = text.substr(0, bounds::kText);
+  return outcome;
+}
+
+std::string describe(const Outcome& outcome) {
+  if (const auto* done = std::get_if<Done>(&outcome)) {
+    return done->complete ? "done" : "done, cut by the deadline";
+  }
+  if (const auto* fail = std::get_if<Failed>(&outcome)) {
+    return std::string("failed: ") + toString(fail->reason) + " (" + fail->explanation.text + ")";
+  }
+  if (const auto* rejected = std::get_if<Rejected>(&outcome)) return "rejected: " + rejected->reason;
+  return "cancelled";
+}
+
+std::string describe(const std::vector<Fault>& faults) {
+  std::string text;
+  for (const auto& fault : faults) text += " " + fault.field + " " + fault.message + ";";
+  return text;
+}
+
+bool serves(const DaemonStatus& daemon, const std::string& cell) {
+  return std::any_of(daemon.cells.begin(), daemon.cells.end(),
+                     [&](const CellInfo& info) { return info.name == cell; });
+}
+
+}  // namespace
+
+/// The answer to one request. Used by one thread at a time: who took it from the queue owns it.
+class Runtime::Stream : public StageSink {
+ public:
+  Stream(Endpoint& endpoint, PlanRequest taken)
+      : request(std::move(taken)), taken_at(Clock::now()), endpoint_(endpoint) {
+    if (!request.deadline_s) return;
+    // Deadlines beyond a day are no deadlines; the clock would overflow on absurd ones.
+    if (*request.deadline_s < 86'400.0) {
+      deadline_at = taken_at + std::chrono::duration_cast<Clock::duration>(
+                                   std::chrono::duration<double>(*request.deadline_s));
+      deadline = Deadline(*deadline_at);
+    }
+  }
+
+  /// @throws std::logic_error when the payload is beyond what the wire carries.
+  void emit(StagePayload payload) override {
+    const PlanStage stage{request.id, next_sequence_, elapsed(), std::move(payload)};
+    const auto faults = check(stage);
+    if (!faults.empty()) {
+      throw std::logic_error("a stage that must not be sent:" + describe(faults));
+    }
+    ++next_sequence_;
+    endpoint_.publish(request.client_id, stage);
+  }
+
+  double elapsed() const { return std::chrono::duration<double>(Clock::now() - taken_at).count(); }
+
+  const PlanRequest request;
+  const Clock::time_point taken_at;
+  std::optional<Clock::time_point> deadline_at;
+  Deadline deadline;
+
+ private:
+  Endpoint& endpoint_;
+  std::uint32_t next_sequence_ = 0;
+};
+
+Runtime::Runtime(PlanService& service, Endpoint& endpoint, RuntimeSettings settings)
+    : service_(service), endpoint_(endpoint), settings_(std::move(settings)) {}
+
+Runtime::~Runtime() { stop(); }
+
+void Runtime::start() {
+  threads_.emplace_back([this] { prepareLoop(); });
+  for (int i = 0; i < std::max(1, settings_.threads); ++i) {
+    threads_.emplace_back([this, i] { workerLoop(i); });
+  }
+  threads_.emplace_back([this] { statusLoop(); });
+  endpoint_.open(*this);
+}
+
+void Runtime::stop() {
+  endpoint_.stopReceiving();
+  std::deque<StreamPtr> queued;
+  {
+    const std::lock_guard lock(mutex_);
+    if (stopping_) return;
+    stopping_ = true;
+    queued.swap(queue_);
+    preparing_.cancel();
+    for (const auto& [id, stream] : open_) stream->deadline.cancel();
+  }
+  work_.notify_all();
+  report_.notify_all();
+  for (const auto& stream : queued) finish(stream, Cancelled{});
+  threads_.clear();  // joins
+  publishStatus();
+  endpoint_.flush(2s);
+}
+
+// ---- requests, on the endpoint's threads -----------------------------------------------------------
+
+Runtime::CellRoute Runtime::route(const std::string& cell, std::uint64_t& revision) const {
+  for (const CellInfo& info : service_.cells()) {
+    if (info.name != cell) continue;
+    revision = info.revision;
+    return CellRoute::kOurs;
+  }
+  // Of the daemons that are there, the one of lowest id answers for a cell that none of them has.
+  for (const DaemonStatus& other : endpoint_.others()) {
+    if (serves(other, cell) || other.id < settings_.id) return CellRoute::kOthers;
+  }
+  return CellRoute::kNobodys;
+}
+
+bool Runtime::firstTime(const RequestId& id) {
+  const std::lock_guard lock(mutex_);
+  return known_.insert(id).second;
+}
+
+void Runtime::onRequest(const PlanRequest& request) {
+  std::uint64_t revision = 0;
+  const CellRoute where = route(request.cell, revision);
+  if (where == CellRoute::kOthers || !firstTime(request.id)) return;
+
+  auto stream = std::make_shared<Stream>(endpoint_, request);
+  if (where == CellRoute::kNobodys) {
+    reject(stream, "unknown_cell", {{"cell", "no daemon serves a cell named '" + request.cell + "'"}});
+    return;
+  }
+  std::uint32_t ahead = 0;
+  bool full = false;
+  {
+    const std::lock_guard lock(mutex_);
+    full = queue_.size() >= settings_.queue_capacity;
+    ahead = static_cast<std::uint32_t>(queue_.size()) + running_;
+    if (!full) {
+      open_[request.id] = stream;
+      ++counters_.accepted;
+    }
+  }
+  if (full) {
+    reject(stream, "busy",
+           {{"", "the queue is full: " + std::to_string(settings_.queue_capacity) + " requests wait"}});
+    return;
+  }
+  stream->emit(Accepted{ahead, revision});
+  {
+    // Only this thread adds to the queue, so there is still room.
+    const std::lock_guard lock(mutex_);
+    queue_.push_back(stream);
+    changed_ = true;
+  }
+  work_.notify_one();
+  report_.notify_one();
+}
+
+void Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id,
+                               const std::vector<Fault>& faults) {
+  if (!firstTime(id)) return;
+  PlanRequest request;
+  request.id = id;
+  request.client_id = client_id;
+  reject(std::make_shared<Stream>(endpoint_, request), "bad_request", faults);
+}
+
+void Runtime::onCancel(const RequestId& id) {
+  StreamPtr queued;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = open_.find(id);
+    if (found == open_.end()) return;
+    found->second->deadline.cancel();
+    const auto waiting = std::find(queue_.begin(), queue_.end(), found->second);
+    if (waiting != queue_.end()) {
+      queued = *waiting;
+      queue_.erase(waiting);
+    }
+  }
+  if (queued) finish(queued, Cancelled{});
+}
+
+void Runtime::reject(const StreamPtr& stream, const std::string& reason, std::vector<Fault> faults) {
+  finish(stream, Rejected{reason, std::move(faults)});
+}
+
+// ---- answers -----------------------------------------------------------------------------------------
+
+void Runtime::finish(const StreamPtr& stream, Outcome outcome) {
+  const std::string text = describe(outcome);
+  {
+    // Counted before it is sent: who has the outcome may ask for the counters.
+    const std::lock_guard lock(mutex_);
+    if (std::holds_alternative<Done>(outcome)) ++counters_.done;
+    if (std::holds_alternative<Failed>(outcome)) ++counters_.failed;
+    if (std::holds_alternative<Cancelled>(outcome)) ++counters_.cancelled;
+    if (std::holds_alternative<Rejected>(outcome)) ++counters_.rejected;
+    open_.erase(stream->request.id);
+    answered_.push_back(stream->request.id);
+    while (answered_.size() > settings_.remembered) {
+      known_.erase(answered_.front());
+      answered_.pop_front();
+    }
+    changed_ = true;
+  }
+  try {
+    stream->emit(std::move(outcome));
+  } catch (const std::logic_error& error) {
+    logger("runtime")->error("request {}: {}", stream->request.id.hex(), error.what());
+    stream->emit(failed(FailureReason::kInternal, "runtime", "the outcome cannot be sent"));
+  }
+  logger("runtime")->info("request {} of {}: {}, {:.1f} ms", stream->request.id.hex(),
+                          stream->request.client_id, text, 1e3 * stream->elapsed());
+  report_.notify_one();
+}
+
+Outcome Runtime::answer(Stream& stream) {
+  switch (stream.deadline.state()) {
+    case Deadline::State::kCancelled: return Cancelled{};
+    case Deadline::State::kPassed:
+      return failed(FailureReason::kDeadline, "queue", "the deadline passed in the queue");
+    case Deadline::State::kOpen: break;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    if (!prepare_failure_.empty()) {
+      return failed(FailureReason::kInternal, "prepare", prepare_failure_);
+    }
+  }
+  // The one catch for broken promises of our own: the request fails, the daemon lives.
+  try {
+    return service_.plan(stream.request, stream, stream.deadline);
+  } catch (const std::exception& error) {
+    logger("runtime")->error("request {}: {}", stream.request.id.hex(), error.what());
+    return failed(FailureReason::kInternal, "internal", error.what());
+  } catch (...) {
+    logger("runtime")->error("request {}: unknown exception", stream.request.id.hex());
+    return failed(FailureReason::kInternal, "internal", "unknown exception");
+  }
+}
+
+void Runtime::expireQueued() {
+  std::vector<StreamPtr> late;
+  {
+    const std::lock_guard lock(mutex_);
+    for (auto it = queue_.begin(); it != queue_.end();) {
+      if ((*it)->deadline.over()) {
+        late.push_back(*it);
+        it = queue_.erase(it);
+      } else {
+        ++it;
+      }
+    }
+  }
+  for (const auto& stream : late) {
+    finish(stream, failed(FailureReason::kDeadline, "queue", "the deadline passed in the queue"));
+  }
+}
+
+void Runtime::publishStatus() {
+  DaemonStatus status;
+  status.id = settings_.id;
+  status.version = settings_.version;
+  status.cells = service_.cells();
+  {
+    const std::lock_guard lock(mutex_);
+    changed_ = false;
+    status.state = stopping_  ? DaemonState::kStopping
+                   : ready_ ? DaemonState::kReady
+                              : DaemonState::kPreparing;
+    status.queued = static_cast<std::uint32_t>(queue_.size());
+    status.running = running_;
+    status.counters = counters_;
+  }
+  endpoint_.publishStatus(status);
+}
+
+// ---- threads -----------------------------------------------------------------------------------------
+
+void Runtime::prepareLoop() noexcept {
+  nameThread("prepare");
+  std::string failure;
+  try {
+    service_.prepare(preparing_);
+  } catch (const std::exception& error) {
+    failure = error.what();
+  } catch (...) {
+    failure = "unknown exception";
+  }
+  const bool stopped = preparing_.over();
+  if (!failure.empty() && !stopped) logger("runtime")->error("preparing failed: {}", failure);
+  {
+    const std::lock_guard lock(mutex_);
+    ready_ = true;
+    changed_ = true;
+    if (!stopped && !failure.empty()) prepare_failure_ = "preparing failed: " + failure;
+  }
+  work_.notify_all();
+  report_.notify_one();
+  if (!failure.empty() && !stopped && settings_.on_prepare_failed) {
+    settings_.on_prepare_failed(failure);
+  }
+}
+
+void Runtime::workerLoop(int index) noexcept {
+  nameThread("worker-" + std::to_string(index));
+  while (true) {
+    StreamPtr stream;
+    {
+      std::unique_lock lock(mutex_);
+      work_.wait(lock, [this] { return stopping_ || (ready_ && !queue_.empty()); });
+      if (stopping_) return;  // stop() answers what is queued
+      stream = queue_.front();
+      queue_.pop_front();
+      ++running_;
+      changed_ = true;
+    }
+    report_.notify_one();
+    Outcome outcome = answer(*stream);
+    {
+      const std::lock_guard lock(mutex_);
+      --running_;
+    }
+    finish(stream, std::move(outcome));
+  }
+}
+
+void Runtime::statusLoop() noexcept {
+  nameThread("status");
+  while (true) {
+    expireQueued();
+    publishStatus();
+    std::unique_lock lock(mutex_);
+    if (stopping_) return;
+    // At most 20 reports a second, at least one; queued deadlines in time.
+    report_.wait_for(lock, 50ms, [this] { return stopping_; });
+    auto until = Clock::now() + 950ms;
+    for (const auto& stream : queue_) {
+      if (stream->deadline_at) until = std::min(until, *stream->deadline_at);
+    }
+    report_.wait_until(lock, until, [this] { return stopping_ || changed_; });
+  }
+}
+
+}  // namespace handover

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// Requests become answers: a bounded queue, workers, cancel, deadline, and exactly one outcome for each.
+#pragma once
+
+#include "runtime/endpoint.hpp"
+#include "runtime/plan_service.hpp"
+
+#include <handover/common/deadline.hpp>
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace handover {
+
+struct RuntimeSettings {
+  int threads = 1;                   ///< workers, at least 1
+  std::size_t queue_capacity = 64;   ///< requests waiting; more are rejected as busy
+  std::size_t remembered = 4096;     ///< ids of answered requests that stay answered once
+  DaemonId id{};
+  std::string version;
+  /// Called once, from the preparing thread, when prepare() threw; requests fail from then on.
+  std::function<void(const std::string&)> on_prepare_failed;
+};
+
+/// Owns the threads between endpoint and planning. Requests are accepted as soon as start() returned and
+/// wait while prepare() runs.
+class Runtime : public RequestHandler {
+ public:
+  /// @pre service and endpoint outlive the runtime.
+  Runtime(PlanService& service, Endpoint& endpoint, RuntimeSettings settings);
+  ~Runtime() override;  ///< stop()
+  Runtime(const Runtime&) = delete;
+  Runtime& operator=(const Runtime&) = delete;
+
+  /// Once.
+  void start();
+  /// Ends: nothing more is taken, queued requests are cancelled, running ones are asked to stop and
+  /// answered, the answers delivered. Blocks until then. From the owner's thread.
+  void stop();
+
+  void onRequest(const PlanRequest& request) override;
+  void onInvalidRequest(const RequestId& id, const std::string& client_id,
+                        const std::vector<Fault>& faults) override;
+  void onCancel(const RequestId& id) override;
+
+ private:
+  using Clock = Deadline::Clock;
+  class Stream;
+  using StreamPtr = std::shared_ptr<Stream>;
+
+  enum class CellRoute { kOurs, kOthers, kNobodys };
+  CellRoute route(const std::string& cell, std::uint64_t& revision) const;
+  bool firstTime(const RequestId& id);
+  void reject(const StreamPtr& stream, const std::string& reason, std::vector<Fault> faults);
+  void finish(const StreamPtr& stream, Outcome outcome);
+  Outcome answer(Stream& stream);
+  void expireQueued();
+  void publishStatus();
+
+  void prepareLoop() noexcept;
+  void workerLoop(int index) noexcept;
+  void statusLoop() noexcept;
+
+  PlanService& service_;
+  Endpoint& endpoint_;
+  const RuntimeSettings settings_;
+  const Deadline preparing_;         ///< cancelled at stop
+
+  mutable std::mutex mutex_;         // guards all below but the threads
+  std::condition_variable work_;     // queue_, ready_, stopping_ changed
+  std::condition_variable report_;   // something to report, a new deadline, or stopping
+  std::deque<StreamPtr> queue_;
+  std::map<RequestId, StreamPtr> open_;
+  std::set<RequestId> known_;        // open and remembered
+  std::deque<RequestId> answered_;   // remembered, oldest first
+  OutcomeCounters counters_;
+  std::uint32_t running_ = 0;
+  bool ready_ = false, stopping_ = false, changed_ = true;
+  std::string prepare_failure_;
+
+  std::vector<std::jthread> threads_;
+};
+
+}  // namespace handover
