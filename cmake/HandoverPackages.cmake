@@ -37,6 +37,7 @@ target_link_libraries(handover_urdfdom INTERFACE PkgConfig::urdfdom PkgConfig::c
 if(HANDOVER_BUILD_DAEMON)
   find_package(fastcdr REQUIRED)
   find_package(fastrtps 2.9 REQUIRED)
+  find_package(CLI11 REQUIRED)
   find_package(yaml-cpp REQUIRED)
   find_program(FASTDDSGEN fastddsgen)
   if(NOT FASTDDSGEN)

@@ -53,6 +53,7 @@ struct PlanHandle::State {
 
 struct Client::Impl {
   using Pending = std::shared_ptr<PlanHandle::State>;
+
   struct Event {
     Clock::time_point at;
     RequestId id;
@@ -85,10 +86,10 @@ struct Client::Impl {
       : options(given),
         client_id(given.client_id.empty() ? randomClientId() : given.client_id),
         participant({.domain = given.domain, .name = "handover client", .on_writer = {}}),
-        requests(participant, {.user_data = client_id, .on_match = [this](const auto&) { touch(); }}),
+        requests(participant,
+                 {.user_data = client_id, .on_match = [this](const auto&) { touch(); }}),
         cancels(participant, {.on_match = [this](const auto&) { touch(); }}),
-        stages(participant,
-               {.partition = client_id, .on_match = [this](const auto&) { touch(); }},
+        stages(participant, {.partition = client_id, .on_match = [this](const auto&) { touch(); }},
                [this](const auto& sample) { onStage(sample, false); }),
         statuses(participant, {.on_match = [this](const auto& match) { onStatusMatch(match); }},
                  [this](const auto& sample) { onStatus(sample); }),
@@ -143,7 +144,8 @@ struct Client::Impl {
   void onStatusMatch(const wire::Match& match) {
     if (match.gained) return;
     const std::lock_guard lock(mutex);
-    std::erase_if(known_daemons, [&](const auto& entry) { return entry.second.first == match.peer; });
+    std::erase_if(known_daemons,
+                  [&](const auto& entry) { return entry.second.first == match.peer; });
     changed.notify_all();
   }
 
@@ -171,8 +173,8 @@ struct Client::Impl {
     if (!there) {
       throw ClientError(Code::kNoDaemon, "no daemon in domain " + std::to_string(options.domain));
     }
-    // The daemon makes our stage writer as soon as it sees our request writer. One that does not know us
-    // makes it with the first request; its stages wait for us then.
+    // The daemon makes our stage writer as soon as it sees our request writer. One that does not
+    // know us makes it with the first request; its stages wait for us then.
     using namespace std::chrono_literals;
     await(lock, std::min(until, Clock::now() + 500ms), [this] { return stages.matched() > 0; });
   }
@@ -247,8 +249,8 @@ struct Client::Impl {
     lock.lock();
   }
 
-  /// Forgets a request here and, its instance being unregistered, in the daemon. Without the lock: writers
-  /// may be calling back.
+  /// Forgets a request here and, its instance being unregistered, in the daemon. Without the lock:
+  /// writers may be calling back.
   void end(const Pending& state, Clock::time_point at) {
     {
       const std::lock_guard lock(mutex);
@@ -288,7 +290,8 @@ struct Client::Impl {
   }
 };
 
-// ---- handle --------------------------------------------------------------------------------------------
+// ---- handle
+// --------------------------------------------------------------------------------------------
 
 RequestId PlanHandle::id() const { return state_->request.id; }
 
@@ -314,11 +317,13 @@ std::chrono::duration<double> PlanHandle::answerTime() const {
   return state_->answered_at - state_->written_at;
 }
 
-// ---- client --------------------------------------------------------------------------------------------
+// ---- client
+// --------------------------------------------------------------------------------------------
 
 Client::Client(const ClientOptions& options) {
   if (!options.client_id.empty() && !validClientId(options.client_id)) {
-    throw std::invalid_argument("client id '" + options.client_id + "' must match [a-z0-9_-]{1,64}");
+    throw std::invalid_argument("client id '" + options.client_id +
+                                "' must match [a-z0-9_-]{1,64}");
   }
   try {
     impl_ = std::make_shared<Impl>(options);
@@ -362,9 +367,8 @@ PlanHandle Client::plan(PlanRequest request, OnStage on_stage) {
   }
   try {
     lock.lock();
-    const bool taken = impl_->await(lock, Clock::now() + impl_->options.wait, [&state] {
-      return state.next_sequence > 0 || state.ended;
-    });
+    const bool taken = impl_->await(lock, Clock::now() + impl_->options.wait,
+                                    [&state] { return state.next_sequence > 0 || state.ended; });
     if (!taken) throw ClientError(Code::kNoDaemon, "no daemon took the request");
   } catch (const ClientError&) {
     if (lock.owns_lock()) lock.unlock();
@@ -400,6 +404,8 @@ void Client::watch(OnStage on_stage) {
   impl.watched.emplace(impl.participant, wire::EntityOptions{.partition = "*"},
                        [&impl](const auto& sample) { impl.onStage(sample, true); });
 }
+
+void routeMiddlewareLog() { wire::routeDdsLog(true); }
 
 void Client::interrupt() {
   const std::lock_guard lock(impl_->mutex);

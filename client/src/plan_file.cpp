@@ -13,6 +13,18 @@ Json toJson(const PoseValue& X) { return {{"xyz", X.xyz}, {"quat_wxyz", X.quat_w
 
 Json toJson(const NamePair& pair) { return Json::array({pair.first, pair.second}); }
 
+// Named before the template that calls them: the names are looked up there.
+Json toJson(const RobotSnapshot& robot);
+Json toJson(const ObjectSnapshot& object);
+Json toJson(const Hold& hold);
+Json toJson(const RejectCount& reject);
+Json toJson(const ArmScore& score);
+Json toJson(const ArmSelected& arms);
+Json toJson(const GraspsPruned& pruned);
+Json toJson(const HandoverCandidates& candidates);
+Json toJson(const Override& change);
+Json toJson(const Fault& fault);
+
 template <typename T>
 Json listOf(const std::vector<T>& items) {
   Json list = Json::array();
@@ -80,11 +92,16 @@ Json toJson(const Hold& hold) {
 }
 
 Json toJson(const StageTrajectory& stage) {
-  return {{"index", stage.index},       {"kind", toString(stage.kind)},
-          {"robot", stage.robot},       {"joints", stage.joints},
-          {"start", stage.start},       {"t", stage.t},
-          {"q", stage.q},               {"qd", stage.qd},
-          {"holding", listOf(stage.holding)}, {"may_touch", listOf(stage.may_touch)}};
+  return {{"index", stage.index},
+          {"kind", toString(stage.kind)},
+          {"robot", stage.robot},
+          {"joints", stage.joints},
+          {"start", stage.start},
+          {"t", stage.t},
+          {"q", stage.q},
+          {"qd", stage.qd},
+          {"holding", listOf(stage.holding)},
+          {"may_touch", listOf(stage.may_touch)}};
 }
 
 Json toJson(const Dexterity& dexterity) {
@@ -298,9 +315,9 @@ std::string PlanFile::text() const {
 }
 
 const char* payloadName(const StagePayload& payload) {
-  static constexpr const char* kNames[] = {"accepted",            "scene",    "arm_selected",
-                                           "grasps_pruned",       "handover_candidates",
-                                           "solution",            "trajectory", "outcome"};
+  static constexpr const char* kNames[] = {
+      "accepted", "scene",      "arm_selected", "grasps_pruned", "handover_candidates",
+      "solution", "trajectory", "outcome"};
   static_assert(std::size(kNames) == std::variant_size_v<StagePayload>);
   return kNames[payload.index()];
 }

@@ -23,7 +23,11 @@ class Checker {
       fault(field, "holds a zero byte");
     }
   }
-  void name(const std::string& field, const std::string& value) { text(field, value, bounds::kName); }
+
+  void name(const std::string& field, const std::string& value) {
+    text(field, value, bounds::kName);
+  }
+
   void required(const std::string& field, const std::string& value) {
     if (value.empty()) fault(field, "is missing");
     name(field, value);
@@ -64,12 +68,14 @@ class Checker {
   void names(const std::string& field, const std::vector<std::string>& items, std::size_t most) {
     list(field, items, most, [this](const auto& at, const auto& item) { name(at, item); });
   }
+
   void pairs(const std::string& field, const std::vector<NamePair>& items) {
     list(field, items, bounds::kPairs, [this](const auto& at, const NamePair& item) {
       name(at, item.first);
       name(at, item.second);
     });
   }
+
   void overrides(const std::string& field, const std::vector<Override>& items) {
     list(field, items, bounds::kOverrides, [this](const auto& at, const Override& item) {
       if (item.path.empty()) fault(at + ".path", "is missing");
@@ -77,6 +83,7 @@ class Checker {
       text(at + ".value", item.value, bounds::kText);
     });
   }
+
   void rejects(const std::string& field, const std::vector<RejectCount>& items) {
     list(field, items, bounds::kPairs, [this](const auto& at, const RejectCount& item) {
       name(at + ".cause", item.cause);
@@ -84,6 +91,7 @@ class Checker {
       name(at + ".pair", item.pair.second);
     });
   }
+
   void numbers(const std::string& field, const std::vector<double>& values) {
     if (!std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); })) {
       fault(field, "holds a number that is not finite");
@@ -245,7 +253,8 @@ void checkPayload(Checker& c, const Outcome& outcome) {
   } else if (const auto* rejected = std::get_if<Rejected>(&outcome)) {
     static constexpr std::string_view kReasons[] = {"bad_request", "unknown_cell", "busy",
                                                     "scene_changed"};
-    if (std::find(std::begin(kReasons), std::end(kReasons), rejected->reason) == std::end(kReasons)) {
+    if (std::find(std::begin(kReasons), std::end(kReasons), rejected->reason) ==
+        std::end(kReasons)) {
       c.fault("outcome.reason", "is not a reason");
     }
     c.list("outcome.faults", rejected->faults, bounds::kFaults,
@@ -273,7 +282,8 @@ std::vector<Fault> check(const PlanRequest& request) {
   for (const auto& [field, value] :
        {std::pair{"task", &request.task}, std::pair{"object", &request.object},
         std::pair{"giver", &request.giver}, std::pair{"receiver", &request.receiver},
-        std::pair{"giver_arm", &request.giver_arm}, std::pair{"receiver_arm", &request.receiver_arm}}) {
+        std::pair{"giver_arm", &request.giver_arm},
+        std::pair{"receiver_arm", &request.receiver_arm}}) {
     c.name(field, *value);
   }
   if (request.X_WO_goal) c.pose("goal", *request.X_WO_goal);
@@ -318,10 +328,14 @@ std::vector<Fault> check(const DaemonStatus& status) {
 
 const char* toString(DaemonState state) {
   switch (state) {
-    case DaemonState::kUnspecified: return "unspecified";
-    case DaemonState::kPreparing: return "preparing";
-    case DaemonState::kReady: return "ready";
-    case DaemonState::kStopping: return "stopping";
+    case DaemonState::kUnspecified:
+      return "unspecified";
+    case DaemonState::kPreparing:
+      return "preparing";
+    case DaemonState::kReady:
+      return "ready";
+    case DaemonState::kStopping:
+      return "stopping";
   }
   return "unspecified";
 }

@@ -145,15 +145,20 @@ GeometryPart partFromWire(const msg::GeometryPart& part, const std::string& fiel
   GeometryPart out;
   out.X_OS = fromWire(part.X_OS());
   switch (part.kind()) {
-    case msg::GEOMETRY_BOX: out.geometry = BoxGeometry{fromWire(part.size())}; break;
-    case msg::GEOMETRY_SPHERE: out.geometry = SphereGeometry{part.radius()}; break;
+    case msg::GEOMETRY_BOX:
+      out.geometry = BoxGeometry{fromWire(part.size())};
+      break;
+    case msg::GEOMETRY_SPHERE:
+      out.geometry = SphereGeometry{part.radius()};
+      break;
     case msg::GEOMETRY_CYLINDER:
       out.geometry = CylinderGeometry{part.radius(), part.length()};
       break;
     case msg::GEOMETRY_MESH:
       out.geometry = MeshGeometry{part.mesh_path(), fromWire(part.mesh_scale())};
       break;
-    default: faults.push_back({field + ".kind", "is not a kind of geometry"});
+    default:
+      faults.push_back({field + ".kind", "is not a kind of geometry"});
   }
   return out;
 }
@@ -348,8 +353,12 @@ void put(msg::StagePayload& out, const HandoverCandidates& candidates) {
 }
 
 HandoverCandidates fromWire(const msg::HandoverCandidates& value) {
-  return {value.giver_arm(),   value.receiver_arm(), value.voxels(),
-          value.poses_tried(), value.poses(),        value.tuples(),
+  return {value.giver_arm(),
+          value.receiver_arm(),
+          value.voxels(),
+          value.poses_tried(),
+          value.poses(),
+          value.tuples(),
           allFromWire<RejectCount>(value.rejects())};
 }
 
@@ -445,8 +454,7 @@ StageTrajectory trajectoryFromWire(const msg::Trajectory& value, Faults& faults)
   stage.q = rowsOf(value.q(), value.t().size(), value.joints().size(), "trajectory.q", faults);
   stage.qd = rowsOf(value.qd(), value.t().size(), value.joints().size(), "trajectory.qd", faults);
   for (const auto& hold : value.holding()) {
-    stage.holding.push_back(
-        {hold.object_name(), hold.robot(), hold.link(), fromWire(hold.X_LO())});
+    stage.holding.push_back({hold.object_name(), hold.robot(), hold.link(), fromWire(hold.X_LO())});
   }
   stage.may_touch = allFromWire<NamePair>(value.may_touch());
   return stage;
@@ -495,10 +503,12 @@ void put(msg::StagePayload& out, const Outcome& outcome) {
 
 Outcome outcomeFromWire(const msg::Outcome& value, Faults& faults) {
   switch (value.kind()) {
-    case msg::OUTCOME_DONE: return Done{value.solution(), value.complete()};
+    case msg::OUTCOME_DONE:
+      return Done{value.solution(), value.complete()};
     case msg::OUTCOME_FAILED:
       return Failed{static_cast<FailureReason>(value.failure()), fromWire(value.why())};
-    case msg::OUTCOME_CANCELLED: return Cancelled{};
+    case msg::OUTCOME_CANCELLED:
+      return Cancelled{};
     case msg::OUTCOME_REJECTED: {
       Rejected rejected;
       for (const auto& [reason, text] : kRejections) {
@@ -509,22 +519,32 @@ Outcome outcomeFromWire(const msg::Outcome& value, Faults& faults) {
       }
       return rejected;
     }
-    default: faults.push_back({"outcome.kind", "is not an outcome"});
+    default:
+      faults.push_back({"outcome.kind", "is not an outcome"});
   }
   return Cancelled{};
 }
 
 StagePayload payloadFromWire(const msg::StagePayload& payload, Faults& faults) {
   switch (payload._d()) {
-    case msg::PAYLOAD_ACCEPTED: return fromWire(payload.accepted_value());
-    case msg::PAYLOAD_SCENE: return sceneFromWire(payload.scene_value(), faults);
-    case msg::PAYLOAD_ARM_SELECTED: return fromWire(payload.arm_selected_value());
-    case msg::PAYLOAD_GRASPS_PRUNED: return fromWire(payload.grasps_pruned_value());
-    case msg::PAYLOAD_HANDOVER_CANDIDATES: return fromWire(payload.handover_candidates_value());
-    case msg::PAYLOAD_SOLUTION: return fromWire(payload.solution_value());
-    case msg::PAYLOAD_TRAJECTORY: return trajectoryFromWire(payload.trajectory_value(), faults);
-    case msg::PAYLOAD_OUTCOME: return outcomeFromWire(payload.outcome_value(), faults);
-    default: faults.push_back({"payload", "is not a payload"});
+    case msg::PAYLOAD_ACCEPTED:
+      return fromWire(payload.accepted_value());
+    case msg::PAYLOAD_SCENE:
+      return sceneFromWire(payload.scene_value(), faults);
+    case msg::PAYLOAD_ARM_SELECTED:
+      return fromWire(payload.arm_selected_value());
+    case msg::PAYLOAD_GRASPS_PRUNED:
+      return fromWire(payload.grasps_pruned_value());
+    case msg::PAYLOAD_HANDOVER_CANDIDATES:
+      return fromWire(payload.handover_candidates_value());
+    case msg::PAYLOAD_SOLUTION:
+      return fromWire(payload.solution_value());
+    case msg::PAYLOAD_TRAJECTORY:
+      return trajectoryFromWire(payload.trajectory_value(), faults);
+    case msg::PAYLOAD_OUTCOME:
+      return outcomeFromWire(payload.outcome_value(), faults);
+    default:
+      faults.push_back({"payload", "is not a payload"});
   }
   return Accepted{};
 }
@@ -542,8 +562,8 @@ Decoded<T> checked(T value, Faults faults) {
 
 Faults versionFaults(std::uint32_t version) {
   if (version == msg::WIRE_VERSION) return {};
-  return {{"version", "is " + std::to_string(version) + ", must be " +
-                          std::to_string(msg::WIRE_VERSION)}};
+  return {{"version",
+           "is " + std::to_string(version) + ", must be " + std::to_string(msg::WIRE_VERSION)}};
 }
 
 void checkExtensions(const std::vector<msg::KeyValue>& extensions, Faults& faults) {
@@ -576,13 +596,23 @@ msg::HandoverRequest encode(const PlanRequest& request) {
   out.has_expected_revision(request.expected_revision.has_value());
   out.expected_revision(request.expected_revision.value_or(0));
   switch (request.mode) {
-    case SearchMode::kFirst: out.mode(msg::MODE_FIRST); break;
-    case SearchMode::kBest: out.mode(msg::MODE_BEST); break;
-    case SearchMode::kAll: out.mode(msg::MODE_ALL); break;
+    case SearchMode::kFirst:
+      out.mode(msg::MODE_FIRST);
+      break;
+    case SearchMode::kBest:
+      out.mode(msg::MODE_BEST);
+      break;
+    case SearchMode::kAll:
+      out.mode(msg::MODE_ALL);
+      break;
   }
   switch (request.search) {
-    case SearchWidth::kPaper: out.search(msg::SEARCH_PAPER); break;
-    case SearchWidth::kWide: out.search(msg::SEARCH_WIDE); break;
+    case SearchWidth::kPaper:
+      out.search(msg::SEARCH_PAPER);
+      break;
+    case SearchWidth::kWide:
+      out.search(msg::SEARCH_WIDE);
+      break;
   }
   out.seed(request.seed);
   out.has_deadline(request.deadline_s.has_value());
@@ -608,17 +638,29 @@ Decoded<PlanRequest> decode(const msg::HandoverRequest& message) {
   request.overrides = allFromWire<Override>(message.overrides());
   if (message.has_expected_revision()) request.expected_revision = message.expected_revision();
   switch (message.mode()) {
-    case msg::MODE_FIRST: request.mode = SearchMode::kFirst; break;
+    case msg::MODE_FIRST:
+      request.mode = SearchMode::kFirst;
+      break;
     case msg::MODE_UNSPECIFIED:
-    case msg::MODE_BEST: request.mode = SearchMode::kBest; break;
-    case msg::MODE_ALL: request.mode = SearchMode::kAll; break;
-    default: faults.push_back({"mode", "is not a mode"});
+    case msg::MODE_BEST:
+      request.mode = SearchMode::kBest;
+      break;
+    case msg::MODE_ALL:
+      request.mode = SearchMode::kAll;
+      break;
+    default:
+      faults.push_back({"mode", "is not a mode"});
   }
   switch (message.search()) {
-    case msg::SEARCH_PAPER: request.search = SearchWidth::kPaper; break;
+    case msg::SEARCH_PAPER:
+      request.search = SearchWidth::kPaper;
+      break;
     case msg::SEARCH_UNSPECIFIED:
-    case msg::SEARCH_WIDE: request.search = SearchWidth::kWide; break;
-    default: faults.push_back({"search", "is not a search"});
+    case msg::SEARCH_WIDE:
+      request.search = SearchWidth::kWide;
+      break;
+    default:
+      faults.push_back({"search", "is not a search"});
   }
   request.seed = message.seed();
   if (message.has_deadline()) request.deadline_s = message.deadline_s();

@@ -23,8 +23,8 @@ msg::PlanStage encode(const PlanStage& stage);
 msg::DaemonStatus encode(const DaemonStatus& status);
 msg::HandoverCancel encodeCancel(const RequestId& id);
 
-/// Checked values: another wire version, unknown enumerators and unions, and all that check() refuses
-/// are faults. Unspecified mode and search stand for their defaults.
+/// Checked values: another wire version, unknown enumerators and unions, and all that check()
+/// refuses are faults. Unspecified mode and search stand for their defaults.
 Decoded<PlanRequest> decode(const msg::HandoverRequest& message);
 Decoded<PlanStage> decode(const msg::PlanStage& message);
 Decoded<DaemonStatus> decode(const msg::DaemonStatus& message);

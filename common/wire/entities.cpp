@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wire/entities.hpp"
 
+#include <handover/common/domain.hpp>
 #include <handover/common/log.hpp>
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -17,7 +18,6 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
-
 #include <handoverPubSubTypes.h>
 
 #include <algorithm>
@@ -37,6 +37,7 @@ struct TopicRow {
   TopicId id;
   const char* name;
 };
+
 constexpr TopicRow kTopics[] = {{TopicId::kRequest, kRequestTopic},
                                 {TopicId::kCancel, "handover/v1/cancel"},
                                 {TopicId::kStage, "handover/v1/stage"},
@@ -52,10 +53,18 @@ constexpr int kReaderInstances = 1 << 18;
 dds::TypeSupport makeType(TopicId id) {
   dds::TopicDataType* type = nullptr;
   switch (id) {
-    case TopicId::kRequest: type = new msg::HandoverRequestPubSubType; break;
-    case TopicId::kCancel: type = new msg::HandoverCancelPubSubType; break;
-    case TopicId::kStage: type = new msg::PlanStagePubSubType; break;
-    case TopicId::kStatus: type = new msg::DaemonStatusPubSubType; break;
+    case TopicId::kRequest:
+      type = new msg::HandoverRequestPubSubType;
+      break;
+    case TopicId::kCancel:
+      type = new msg::HandoverCancelPubSubType;
+      break;
+    case TopicId::kStage:
+      type = new msg::PlanStagePubSubType;
+      break;
+    case TopicId::kStatus:
+      type = new msg::DaemonStatusPubSubType;
+      break;
   }
   dds::TypeSupport support(type);
   // Type information keeps other vendors from matching, type objects crash peers of this version.
@@ -71,9 +80,7 @@ Guid toGuid(const rtps::GUID_t& guid) {
   return out;
 }
 
-Guid toGuid(const rtps::InstanceHandle_t& handle) {
-  return toGuid(rtps::iHandle2GUID(handle));
-}
+Guid toGuid(const rtps::InstanceHandle_t& handle) { return toGuid(rtps::iHandle2GUID(handle)); }
 
 dds::DomainParticipantQos participantQos(const std::string& name) {
   dds::DomainParticipantQos qos = dds::PARTICIPANT_QOS_DEFAULT;
@@ -177,7 +184,8 @@ class LogConsumer : public dds::LogConsumer {
   void Consume(const dds::Log::Entry& entry) override {
     if (entry.message == last_) return;
     last_ = entry.message;
-    const auto level = entry.kind == dds::Log::Kind::Error ? spdlog::level::warn : spdlog::level::debug;
+    const auto level =
+        entry.kind == dds::Log::Kind::Error ? spdlog::level::warn : spdlog::level::debug;
     logger("fastdds")->log(level, "{}: {}", entry.context.category ? entry.context.category : "",
                            entry.message);
   }
@@ -194,7 +202,8 @@ void routeDdsLog(bool errors_only) {
   dds::Log::RegisterConsumer(std::make_unique<LogConsumer>());
 }
 
-// ---- participant -----------------------------------------------------------------------------------
+// ---- participant
+// -----------------------------------------------------------------------------------
 
 struct Participant::Impl : public dds::DomainParticipantListener {
   ParticipantOptions options;
@@ -258,7 +267,8 @@ Participant::Participant(ParticipantOptions options) {
   impl_->open();
 }
 
-// ---- writer ----------------------------------------------------------------------------------------
+// ---- writer
+// ----------------------------------------------------------------------------------------
 
 struct WriterCore::Impl : public dds::DataWriterListener {
   std::shared_ptr<Participant::Impl> parent;
@@ -285,9 +295,9 @@ struct WriterCore::Impl : public dds::DataWriterListener {
     qos.entity_factory().autoenable_created_entities = false;
     publisher = expect(parent->participant->create_publisher(qos), "DDS publisher");
     expect(publisher->enable(), "enabling a publisher");
-    writer = expect(
-        publisher->create_datawriter(parent->topic(topic), writerQos(topic, options.user_data), this),
-        "DDS writer");
+    writer = expect(publisher->create_datawriter(parent->topic(topic),
+                                                 writerQos(topic, options.user_data), this),
+                    "DDS writer");
     expect(writer->enable(), "enabling a writer");
   }
 
@@ -331,7 +341,8 @@ bool WriterCore::dispose(const void* message) {
 }
 
 bool WriterCore::unregister(const void* message) {
-  return impl_->writer->unregister_instance(const_cast<void*>(message), dds::HANDLE_NIL) ==  // NOLINT
+  return impl_->writer->unregister_instance(const_cast<void*>(message),
+                                            dds::HANDLE_NIL) ==  // NOLINT
          ReturnCode::RETCODE_OK;
 }
 
@@ -341,7 +352,8 @@ bool WriterCore::waitForAcknowledgments(std::chrono::milliseconds most) {
 
 int WriterCore::matched() const { return impl_->peers; }
 
-// ---- reader ----------------------------------------------------------------------------------------
+// ---- reader
+// ----------------------------------------------------------------------------------------
 
 struct ReaderCore::Impl : public dds::DataReaderListener {
   std::shared_ptr<Participant::Impl> parent;
@@ -395,7 +407,8 @@ struct ReaderCore::Impl : public dds::DataReaderListener {
       RawSample sample;
       sample.message = info.valid_data ? scratch.get() : nullptr;
       // Keys are 16 octets, which makes the key hash the key itself.
-      std::memcpy(sample.key.data(), static_cast<const rtps::octet*>(info.instance_handle.value), 16);
+      std::memcpy(sample.key.data(), static_cast<const rtps::octet*>(info.instance_handle.value),
+                  16);
       sample.writer = toGuid(info.publication_handle);
       guarded("sample", [&] { on_sample(sample); });
     }

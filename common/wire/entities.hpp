@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// DDS entities as scoped objects. QoS is set here, in code, and nowhere else: UDP on loopback, no multicast,
-// no shared memory, whatever profiles lie about.
+// DDS entities as scoped objects. QoS is set here, in code, and nowhere else: UDP on loopback, no
+// multicast, no shared memory, whatever profiles lie about.
 //
-// Callbacks run on Fast DDS's threads: they hand over and return, and never create or delete entities.
-// An exception that leaves one is logged and swallowed.
+// Callbacks run on Fast DDS's threads: they hand over and return, and never create or delete
+// entities. An exception that leaves one is logged and swallowed.
 #pragma once
 
 #include <handover.h>
@@ -24,9 +24,6 @@ class DdsError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
-
-/// The largest domain whose ports exist.
-inline constexpr int kMaxDomain = 232;
 
 /// Identity of a writer or reader anywhere in the domain.
 using Guid = std::array<std::uint8_t, 16>;
@@ -49,8 +46,8 @@ struct ParticipantOptions {
   std::function<void(const RemoteWriter&)> on_writer;
 };
 
-/// A participant with the types and topics of handover registered. Move-only; the entities made from it
-/// keep it alive.
+/// A participant with the types and topics of handover registered. Move-only; the entities made
+/// from it keep it alive.
 class Participant {
  public:
   /// @throws DdsError.
@@ -79,7 +76,8 @@ struct EntityOptions {
 
 enum class WriteResult { kOk, kTimeout, kError };
 
-// ---- topics --------------------------------------------------------------------------------------
+// ---- topics
+// --------------------------------------------------------------------------------------
 
 enum class TopicId { kRequest, kCancel, kStage, kStatus };
 
@@ -87,24 +85,29 @@ inline constexpr const char* kRequestTopic = "handover/v1/request";
 
 template <typename Message>
 struct TopicOf;
+
 template <>
 struct TopicOf<msg::HandoverRequest> {
   static constexpr TopicId kId = TopicId::kRequest;
 };
+
 template <>
 struct TopicOf<msg::HandoverCancel> {
   static constexpr TopicId kId = TopicId::kCancel;
 };
+
 template <>
 struct TopicOf<msg::PlanStage> {
   static constexpr TopicId kId = TopicId::kStage;
 };
+
 template <>
 struct TopicOf<msg::DaemonStatus> {
   static constexpr TopicId kId = TopicId::kStatus;
 };
 
-// ---- writers -------------------------------------------------------------------------------------
+// ---- writers
+// -------------------------------------------------------------------------------------
 
 /// What Writer<T> is made of; use that.
 class WriterCore {
@@ -135,26 +138,31 @@ class Writer {
 
   /// kTimeout: the history stayed full for the blocking time.
   [[nodiscard]] WriteResult write(const Message& message) { return core_.write(&message); }
+
   /// Ends the instance of the message's key; late joiners still get its samples.
   bool dispose(const Message& message) { return core_.dispose(&message); }
+
   /// Frees the instance; late joiners get nothing of it. Not disposed before: disposes it too.
   bool unregister(const Message& message) { return core_.unregister(&message); }
+
   /// True when all matched readers have everything.
   bool waitForAcknowledgments(std::chrono::milliseconds most) {
     return core_.waitForAcknowledgments(most);
   }
+
   int matched() const { return core_.matched(); }
 
  private:
   WriterCore core_;
 };
 
-// ---- readers -------------------------------------------------------------------------------------
+// ---- readers
+// -------------------------------------------------------------------------------------
 
 /// What a reader got: a message, or word that the key's instance is gone.
 template <typename Message>
 struct Sample {
-  const Message* message = nullptr;   ///< null: the instance was disposed or lost its writers
+  const Message* message = nullptr;    ///< null: the instance was disposed or lost its writers
   std::array<std::uint8_t, 16> key{};  ///< of the instance
   Guid writer{};
 };
@@ -167,6 +175,7 @@ class ReaderCore {
     std::array<std::uint8_t, 16> key{};
     Guid writer{};
   };
+
   ReaderCore(const Participant& participant, TopicId topic, EntityOptions options,
              std::shared_ptr<void> scratch, std::function<void(const RawSample&)> on_sample);
   ReaderCore(ReaderCore&&) noexcept;
@@ -186,7 +195,8 @@ class Reader {
  public:
   using OnSample = std::function<void(const Sample<Message>&)>;
 
-  /// Callbacks may come before the constructor returns, and none after the destructor did. @throws DdsError.
+  /// Callbacks may come before the constructor returns, and none after the destructor did. @throws
+  /// DdsError.
   Reader(const Participant& participant, EntityOptions options, OnSample on_sample)
       : core_(participant, TopicOf<Message>::kId, std::move(options), std::make_shared<Message>(),
               [call = std::move(on_sample)](const ReaderCore::RawSample& raw) {

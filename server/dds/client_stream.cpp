@@ -64,7 +64,8 @@ void ClientStream::flush(Clock::time_point until) {
   changed_.wait_until(lock, until, [this] { return delivered_ || dropped_ || stopping_; });
 }
 
-// ---- the stream's thread -----------------------------------------------------------------------------
+// ---- the stream's thread
+// -----------------------------------------------------------------------------
 
 void ClientStream::loop() noexcept {
   nameThread("to " + client_id_);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way to one client: a bounded queue, a thread and a stage writer in the client's partition, so that a
-// slow or dead client holds up nobody else.
+// The way to one client: a bounded queue, a thread and a stage writer in the client's partition, so
+// that a slow or dead client holds up nobody else.
 #pragma once
 
 #include "wire/entities.hpp"
@@ -42,6 +42,7 @@ class ClientStream {
 
  private:
   using Clock = std::chrono::steady_clock;
+
   struct Answered {
     RequestId id;
     Clock::time_point at;
@@ -58,11 +59,11 @@ class ClientStream {
   const std::function<void()> on_drop_;
   std::deque<Answered> answered_;  // of the thread alone: disposed, not yet unregistered
 
-  mutable std::mutex mutex_;       // guards all below but the thread
+  mutable std::mutex mutex_;  // guards all below but the thread
   std::condition_variable changed_;
   std::deque<PlanStage> backlog_;
   bool stopping_ = false, dropped_ = false;
-  bool delivered_ = true;          // acknowledged up to here, or nobody is there
+  bool delivered_ = true;  // acknowledged up to here, or nobody is there
   std::size_t instances_ = 0;
   Clock::time_point last_used_ = Clock::now();
 

@@ -15,8 +15,8 @@
 namespace handover {
 namespace {
 
-/// A client id that can stand as a partition: answers to one that breaks our pattern still find it, but
-/// partitions with wildcards would reach everybody.
+/// A client id that can stand as a partition: answers to one that breaks our pattern still find it,
+/// but partitions with wildcards would reach everybody.
 bool answerable(const std::string& client_id) {
   return client_id.size() <= 256 && client_id.find_first_of("*?[]\\") == std::string::npos &&
          client_id.find('\0') == std::string::npos;
@@ -29,7 +29,8 @@ struct DdsEndpoint::Impl {
       : settings(given),
         participant({.domain = given.domain,
                      .name = "handoverd",
-                     .on_writer = [this](const wire::RemoteWriter& writer) { onWriter(writer); }}) {}
+                     .on_writer = [this](const wire::RemoteWriter& writer) { onWriter(writer); }}) {
+  }
 
   const DdsEndpointSettings settings;
 
@@ -208,15 +209,14 @@ void DdsEndpoint::open(RequestHandler& handler) {
     const std::lock_guard lock(impl.mutex);
     impl.receiving = true;
   }
-  impl.cancel_reader.emplace(impl.participant, wire::EntityOptions{},
-                             [&impl](const wire::Sample<msg::HandoverCancel>& sample) {
-                               if (sample.message == nullptr) return;
-                               const auto id = wire::decode(*sample.message);
-                               if (!std::holds_alternative<RequestId>(id)) return;
-                               impl.deliver([&](RequestHandler& to) {
-                                 to.onCancel(std::get<RequestId>(id));
-                               });
-                             });
+  impl.cancel_reader.emplace(
+      impl.participant, wire::EntityOptions{},
+      [&impl](const wire::Sample<msg::HandoverCancel>& sample) {
+        if (sample.message == nullptr) return;
+        const auto id = wire::decode(*sample.message);
+        if (!std::holds_alternative<RequestId>(id)) return;
+        impl.deliver([&](RequestHandler& to) { to.onCancel(std::get<RequestId>(id)); });
+      });
   impl.request_reader.emplace(
       impl.participant,
       wire::EntityOptions{.on_match = [&impl](const auto& match) { impl.onRequestMatch(match); }},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's endpoint on DDS: requests, cancels and status in the default partition, stages in one
-// partition, writer and thread per client.
+// The daemon's endpoint on DDS: requests, cancels and status in the default partition, stages in
+// one partition, writer and thread per client.
 #pragma once
 
 #include "runtime/endpoint.hpp"
@@ -13,8 +13,9 @@ struct DdsEndpointSettings {
   int domain = 0;
   /// Answered requests stay readable for late joiners this long.
   std::chrono::milliseconds retention = std::chrono::seconds(60);
-  std::size_t max_clients = 256;       ///< at a time; requests of more are ignored with a word to the log
-  std::size_t max_backlog = 16384;     ///< stages waiting for one client; more drop the client
+  std::size_t max_clients =
+      256;  ///< at a time; requests of more are ignored with a word to the log
+  std::size_t max_backlog = 16384;  ///< stages waiting for one client; more drop the client
 };
 
 class DdsEndpoint : public Endpoint {

@@ -11,8 +11,8 @@
 
 namespace handover {
 
-/// Takes what clients send. Methods return at once and are called from the endpoint's threads, never two
-/// at a time.
+/// Takes what clients send. Methods return at once and are called from the endpoint's threads,
+/// never two at a time.
 class RequestHandler {
  public:
   virtual ~RequestHandler() = default;
@@ -36,8 +36,8 @@ class Endpoint {
   /// No call of the handler runs or starts after this returned.
   virtual void stopReceiving() = 0;
 
-  /// Sends a stage to a client, in order per request. Never blocks on a client; a client that does not
-  /// keep up is dropped.
+  /// Sends a stage to a client, in order per request. Never blocks on a client; a client that does
+  /// not keep up is dropped.
   virtual void publish(const std::string& client_id, const PlanStage& stage) = 0;
   /// Announces this daemon. Called at least every two seconds.
   virtual void publishStatus(const DaemonStatus& status) = 0;

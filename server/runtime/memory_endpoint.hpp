@@ -20,11 +20,13 @@ class MemoryEndpoint : public Endpoint {
   void publish(const std::string& client_id, const PlanStage& stage) override;
   void publishStatus(const DaemonStatus& status) override;
   std::vector<DaemonStatus> others() const override;
+
   void flush(std::chrono::milliseconds) override {}
 
   // The client's side.
   void send(const PlanRequest& request);
-  void sendInvalid(const RequestId& id, const std::string& client_id, const std::vector<Fault>& faults);
+  void sendInvalid(const RequestId& id, const std::string& client_id,
+                   const std::vector<Fault>& faults);
   void cancel(const RequestId& id);
   void announceOther(const DaemonStatus& status);
 
@@ -43,7 +45,7 @@ class MemoryEndpoint : public Endpoint {
  private:
   mutable std::mutex mutex_;  // guards all below but handler calls
   mutable std::condition_variable changed_;
-  std::mutex delivering_;     // held while the handler runs; guards handler_
+  std::mutex delivering_;  // held while the handler runs; guards handler_
   RequestHandler* handler_ = nullptr;
   std::map<RequestId, std::vector<PlanStage>> stages_;
   std::vector<DaemonStatus> others_;

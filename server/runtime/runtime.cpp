@@ -28,7 +28,8 @@ std::string describe(const Outcome& outcome) {
   if (const auto* fail = std::get_if<Failed>(&outcome)) {
     return std::string("failed: ") + toString(fail->reason) + " (" + fail->explanation.text + ")";
   }
-  if (const auto* rejected = std::get_if<Rejected>(&outcome)) return "rejected: " + rejected->reason;
+  if (const auto* rejected = std::get_if<Rejected>(&outcome))
+    return "rejected: " + rejected->reason;
   return "cancelled";
 }
 
@@ -115,7 +116,8 @@ void Runtime::stop() {
   endpoint_.flush(2s);
 }
 
-// ---- requests, on the endpoint's threads -----------------------------------------------------------
+// ---- requests, on the endpoint's threads
+// -----------------------------------------------------------
 
 Runtime::CellRoute Runtime::route(const std::string& cell, std::uint64_t& revision) const {
   for (const CellInfo& info : service_.cells()) {
@@ -142,7 +144,8 @@ void Runtime::onRequest(const PlanRequest& request) {
 
   auto stream = std::make_shared<Stream>(endpoint_, request);
   if (where == CellRoute::kNobodys) {
-    reject(stream, "unknown_cell", {{"cell", "no daemon serves a cell named '" + request.cell + "'"}});
+    reject(stream, "unknown_cell",
+           {{"cell", "no daemon serves a cell named '" + request.cell + "'"}});
     return;
   }
   std::uint32_t ahead = 0;
@@ -158,7 +161,8 @@ void Runtime::onRequest(const PlanRequest& request) {
   }
   if (full) {
     reject(stream, "busy",
-           {{"", "the queue is full: " + std::to_string(settings_.queue_capacity) + " requests wait"}});
+           {{"",
+             "the queue is full: " + std::to_string(settings_.queue_capacity) + " requests wait"}});
     return;
   }
   stream->emit(Accepted{ahead, revision});
@@ -197,11 +201,13 @@ void Runtime::onCancel(const RequestId& id) {
   if (queued) finish(queued, Cancelled{});
 }
 
-void Runtime::reject(const StreamPtr& stream, const std::string& reason, std::vector<Fault> faults) {
+void Runtime::reject(const StreamPtr& stream, const std::string& reason,
+                     std::vector<Fault> faults) {
   finish(stream, Rejected{reason, std::move(faults)});
 }
 
-// ---- answers -----------------------------------------------------------------------------------------
+// ---- answers
+// -----------------------------------------------------------------------------------------
 
 void Runtime::finish(const StreamPtr& stream, Outcome outcome) {
   const std::string text = describe(outcome);
@@ -233,10 +239,12 @@ void Runtime::finish(const StreamPtr& stream, Outcome outcome) {
 
 Outcome Runtime::answer(Stream& stream) {
   switch (stream.deadline.state()) {
-    case Deadline::State::kCancelled: return Cancelled{};
+    case Deadline::State::kCancelled:
+      return Cancelled{};
     case Deadline::State::kPassed:
       return failed(FailureReason::kDeadline, "queue", "the deadline passed in the queue");
-    case Deadline::State::kOpen: break;
+    case Deadline::State::kOpen:
+      break;
   }
   {
     const std::lock_guard lock(mutex_);
@@ -282,9 +290,9 @@ void Runtime::publishStatus() {
   {
     const std::lock_guard lock(mutex_);
     changed_ = false;
-    status.state = stopping_  ? DaemonState::kStopping
-                   : ready_ ? DaemonState::kReady
-                              : DaemonState::kPreparing;
+    status.state = stopping_ ? DaemonState::kStopping
+                   : ready_  ? DaemonState::kReady
+                             : DaemonState::kPreparing;
     status.queued = static_cast<std::uint32_t>(queue_.size());
     status.running = running_;
     status.counters = counters_;
@@ -292,7 +300,8 @@ void Runtime::publishStatus() {
   endpoint_.publishStatus(status);
 }
 
-// ---- threads -----------------------------------------------------------------------------------------
+// ---- threads
+// -----------------------------------------------------------------------------------------
 
 void Runtime::prepareLoop() noexcept {
   nameThread("prepare");

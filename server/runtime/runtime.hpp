@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests become answers: a bounded queue, workers, cancel, deadline, and exactly one outcome for each.
+// Requests become answers: a bounded queue, workers, cancel, deadline, and exactly one outcome for
+// each.
 #pragma once
 
 #include "runtime/endpoint.hpp"
@@ -21,17 +22,17 @@
 namespace handover {
 
 struct RuntimeSettings {
-  int threads = 1;                   ///< workers, at least 1
-  std::size_t queue_capacity = 64;   ///< requests waiting; more are rejected as busy
-  std::size_t remembered = 4096;     ///< ids of answered requests that stay answered once
+  int threads = 1;                  ///< workers, at least 1
+  std::size_t queue_capacity = 64;  ///< requests waiting; more are rejected as busy
+  std::size_t remembered = 4096;    ///< ids of answered requests that stay answered once
   DaemonId id{};
   std::string version;
   /// Called once, from the preparing thread, when prepare() threw; requests fail from then on.
   std::function<void(const std::string&)> on_prepare_failed;
 };
 
-/// Owns the threads between endpoint and planning. Requests are accepted as soon as start() returned and
-/// wait while prepare() runs.
+/// Owns the threads between endpoint and planning. Requests are accepted as soon as start()
+/// returned and wait while prepare() runs.
 class Runtime : public RequestHandler {
  public:
   /// @pre service and endpoint outlive the runtime.
@@ -72,15 +73,15 @@ class Runtime : public RequestHandler {
   PlanService& service_;
   Endpoint& endpoint_;
   const RuntimeSettings settings_;
-  const Deadline preparing_;         ///< cancelled at stop
+  const Deadline preparing_;  ///< cancelled at stop
 
-  mutable std::mutex mutex_;         // guards all below but the threads
-  std::condition_variable work_;     // queue_, ready_, stopping_ changed
-  std::condition_variable report_;   // something to report, a new deadline, or stopping
+  mutable std::mutex mutex_;        // guards all below but the threads
+  std::condition_variable work_;    // queue_, ready_, stopping_ changed
+  std::condition_variable report_;  // something to report, a new deadline, or stopping
   std::deque<StreamPtr> queue_;
   std::map<RequestId, StreamPtr> open_;
-  std::set<RequestId> known_;        // open and remembered
-  std::deque<RequestId> answered_;   // remembered, oldest first
+  std::set<RequestId> known_;       // open and remembered
+  std::deque<RequestId> answered_;  // remembered, oldest first
   OutcomeCounters counters_;
   std::uint32_t running_ = 0;
   bool ready_ = false, stopping_ = false, changed_ = true;

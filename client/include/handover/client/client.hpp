@@ -31,6 +31,7 @@ class ClientError : public std::runtime_error {
     kBadStream,    ///< the daemon sent what cannot be read
     kDds,          ///< the middleware failed
   };
+
   ClientError(Code code, const std::string& text) : std::runtime_error(text), code_(code) {}
 
   Code code() const { return code_; }
@@ -73,8 +74,9 @@ class Client {
 
   const std::string& clientId() const;
 
-  /// Sends a request and waits until a daemon took it. An empty id gets a random one; client_id is filled in.
-  /// A request beyond the wire's bounds is rejected here, as the daemon would. @throws ClientError.
+  /// Sends a request and waits until a daemon took it. An empty id gets a random one; client_id is
+  /// filled in. A request beyond the wire's bounds is rejected here, as the daemon would. @throws
+  /// ClientError.
   PlanHandle plan(PlanRequest request, OnStage on_stage = {});
 
   /// Cancels any request of the domain by its id.
@@ -83,7 +85,8 @@ class Client {
   /// The daemons announced, by id; waits until there is one. @throws ClientError (kNoDaemon).
   std::vector<DaemonStatus> daemons();
 
-  /// Delivers stages of all requests in the domain from now on, and those that daemons still keep.
+  /// Delivers stages of all requests in the domain from now on, and those that daemons still keep,
+  /// until the client is gone. Once.
   void watch(OnStage on_stage);
 
   /// Ends the waiting in plan() and daemons(), now and later, with kInterrupted.
@@ -94,5 +97,9 @@ class Client {
  private:
   std::shared_ptr<Impl> impl_;
 };
+
+/// Sends the middleware's errors to the log (standard error) instead of standard output, for the
+/// whole process. Before the first Client.
+void routeMiddlewareLog();
 
 }  // namespace handover::client

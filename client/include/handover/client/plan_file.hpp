@@ -11,8 +11,9 @@
 
 namespace handover::client {
 
-/// Gathers the stages of one request and writes the plan file (format handover-plan/1) from them alone.
-/// For equal stages, elapsed times apart, the text of the member "plan" is the same to the byte.
+/// Gathers the stages of one request and writes the plan file (format handover-plan/1) from them
+/// alone. For equal stages, elapsed times apart, the text of the member "plan" is the same to the
+/// byte.
 class PlanFile {
  public:
   void add(const PlanStage& stage);
@@ -26,6 +27,7 @@ class PlanFile {
   const Solution* solution() const;
   /// Stages of the final solution in the order of the plan; empty unless the outcome is done.
   std::vector<const StageTrajectory*> trajectories() const;
+
   /// [s] until the last stage of the first whole plan had left the daemon.
   std::optional<double> firstPlanSeconds() const { return first_plan_s_; }
 
@@ -52,11 +54,12 @@ class PlanFile {
   std::optional<Outcome> outcome_;
 };
 
-/// "accepted", "scene", "arm_selected", "grasps_pruned", "handover_candidates", "solution", "trajectory" or
-/// "outcome".
+/// "accepted", "scene", "arm_selected", "grasps_pruned", "handover_candidates", "solution",
+/// "trajectory" or "outcome".
 const char* payloadName(const StagePayload& payload);
 
-/// A stage as one line of JSON, no line break: request_id, sequence, elapsed_s, type and the payload.
+/// A stage as one line of JSON, no line break: request_id, sequence, elapsed_s, type and the
+/// payload.
 std::string jsonLine(const PlanStage& stage);
 
 }  // namespace handover::client

@@ -31,9 +31,9 @@ inline constexpr std::size_t kCells = 1024;
 /// True for [a-z0-9_-]{1,64}.
 bool validClientId(std::string_view text);
 
-/// Every fault of a value: sizes beyond the bounds, numbers that are not finite, quaternions off unit
-/// length by more than 1e-3, enumerators that do not exist, rows of the wrong length. `field` is the
-/// member's path, list entries by index. Empty: none. Names are not looked up here.
+/// Every fault of a value: sizes beyond the bounds, numbers that are not finite, quaternions off
+/// unit length by more than 1e-3, enumerators that do not exist, rows of the wrong length. `field`
+/// is the member's path, list entries by index. Empty: none. Names are not looked up here.
 std::vector<Fault> check(const PlanRequest& request);
 std::vector<Fault> check(const PlanStage& stage);
 std::vector<Fault> check(const DaemonStatus& status);

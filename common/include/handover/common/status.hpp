@@ -24,7 +24,7 @@ enum class DaemonState {
   kUnspecified = 0,
   kPreparing,  ///< builds maps and grasp sets; requests wait in the queue
   kReady,
-  kStopping,   ///< open requests get their outcomes, new ones are left to others
+  kStopping,  ///< open requests get their outcomes, new ones are left to others
 };
 
 /// "preparing", "ready", "stopping"; "unspecified" for kUnspecified.

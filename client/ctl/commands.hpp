@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands of handoverctl, each a function from options to an exit code.
+#pragma once
+
+#include <handover/common/plan.hpp>
+
+#include <chrono>
+#include <string>
+
+namespace handover::ctl {
+
+/// What the process returns.
+enum ExitCode : int {
+  kExitDone = 0,
+  kExitInternal = 1,
+  kExitUsage = 2,
+  kExitConfiguration = 3,
+  kExitDds = 4,
+  kExitNoPlan = 10,
+  kExitCancelled = 11,
+  kExitRejected = 12,
+  kExitNoDaemon = 13,
+};
+
+struct CommonOptions {
+  int domain = 0;
+  std::chrono::milliseconds wait{5000};
+  bool json = false;  ///< JSON lines on standard output, everything else on standard error
+};
+
+struct PlanOptions {
+  PlanRequest request;
+  std::string output;  ///< plan file, or empty
+};
+
+int runStatus(const CommonOptions& common);
+int runCells(const CommonOptions& common);
+int runPlan(const CommonOptions& common, const PlanOptions& options);
+/// Watches one request until its outcome, or all (an id of zeros) until a signal.
+int runWatch(const CommonOptions& common, const RequestId& id);
+int runCancel(const CommonOptions& common, const RequestId& id);
+
+int exitCodeOf(const Outcome& outcome);
+
+}  // namespace handover::ctl

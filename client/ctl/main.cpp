@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// handoverctl: asks a handover daemon, prints what it answers.
+#include "commands.hpp"
+
+#include <handover/client/client.hpp>
+#include <handover/common/domain.hpp>
+#include <handover/common/log.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <cmath>
+#include <iostream>
+
+namespace handover::ctl {
+namespace {
+
+std::string checkDomain(const std::string& text) {
+  return parseDomain(text) ? "" : "must be a number from 0 to 232";
+}
+
+/// A CLI11 check for a finite number that fulfils a condition.
+CLI::Validator numberWhere(std::function<bool(double)> condition, const std::string& what) {
+  return CLI::Validator(
+      [condition = std::move(condition), what](const std::string& text) -> std::string {
+        double value = 0;
+        const bool number = CLI::detail::lexical_cast(text, value) && std::isfinite(value);
+        return number && condition(value) ? "" : "must be " + what;
+      },
+      "");
+}
+
+std::string checkId(const std::string& text) {
+  return RequestId::fromHex(text) ? "" : "must be 32 hex digits";
+}
+
+std::string checkOverride(const std::string& text) {
+  const auto equals = text.find('=');
+  return equals == std::string::npos || equals == 0 ? "must be PATH=VALUE" : "";
+}
+
+Override overrideOf(const std::string& text) {
+  const auto equals = text.find('=');
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+struct PlanFlags {
+  PlanOptions options;
+  std::vector<std::string> set;
+  std::string mode = "best", search = "wide", html;
+  double deadline_s = 0;
+  CLI::Option* deadline = nullptr;
+};
+
+void addPlan(CLI::App& app, PlanFlags& flags) {
+  PlanRequest& request = flags.options.request;
+  app.add_option("--cell", request.cell, "Cell to plan in")->required();
+  app.add_option("--task", request.task, "Task of the cell (default: its first)");
+  app.add_option("--set", flags.set, "Change the cell for this request, PATH=VALUE; may repeat")
+      ->allow_extra_args(false)
+      ->check(checkOverride);
+  app.add_option("--giver-arm", request.giver_arm, "Arm of the giver (default: free choice)");
+  app.add_option("--receiver-arm", request.receiver_arm, "Arm of the receiver (default: free)");
+  app.add_option("--mode", flags.mode, "Stop at the first plan, take the best, or try all")
+      ->check(CLI::IsMember({"first", "best", "all"}))
+      ->capture_default_str();
+  app.add_option("--search", flags.search, "The paper's candidates, or more after them")
+      ->check(CLI::IsMember({"paper", "wide"}))
+      ->capture_default_str();
+  app.add_option("--seed", request.seed, "Same scene, request and seed: same plan")
+      ->capture_default_str();
+  flags.deadline = app.add_option("--deadline", flags.deadline_s, "Seconds the daemon may take")
+                       ->check(numberWhere([](double v) { return v > 0; }, "above 0"));
+  app.add_option("--speed", request.speed_scale, "Slows the motion, in (0, 1]")
+      ->check(numberWhere([](double v) { return v > 0 && v <= 1; }, "in (0, 1]"))
+      ->capture_default_str();
+  app.add_option("--output", flags.options.output, "Write the plan file here");
+  app.add_option("--html", flags.html, "Write a page that shows the plan");
+}
+
+PlanOptions finish(const PlanFlags& flags) {
+  PlanOptions options = flags.options;
+  PlanRequest& request = options.request;
+  for (const auto& text : flags.set) request.overrides.push_back(overrideOf(text));
+  if (flags.deadline->count() > 0) request.deadline_s = flags.deadline_s;
+  request.mode = flags.mode == "first" ? SearchMode::kFirst
+                 : flags.mode == "all" ? SearchMode::kAll
+                                       : SearchMode::kBest;
+  request.search = flags.search == "paper" ? SearchWidth::kPaper : SearchWidth::kWide;
+  return options;
+}
+
+int notBuiltYet(const std::string& what) {
+  std::cerr << "handoverctl: not built yet: " << what << std::endl;
+  return kExitConfiguration;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{"Asks a handover daemon for plans.", "handoverctl"};
+  app.set_version_flag("--version", std::string("handoverctl ") + HANDOVER_VERSION);
+  app.require_subcommand(1);
+  app.fallthrough();
+
+  CommonOptions common;
+  std::string domain;
+  double wait_s = 5;
+  app.add_option("--domain", domain, "DDS domain (default: HANDOVER_DOMAIN, else 0)")
+      ->check(checkDomain);
+  app.add_option("--wait", wait_s, "Seconds to wait for a daemon")
+      ->check(numberWhere([](double v) { return v >= 0 && v < 1e6; }, "0 or more"))
+      ->capture_default_str();
+  app.add_flag("--json", common.json, "JSON lines on standard output, all else on standard error");
+
+  auto* status = app.add_subcommand("status", "Show the daemons");
+  auto* cells = app.add_subcommand("cells", "Show the cells that daemons serve");
+  auto* plan = app.add_subcommand("plan", "Plan a handover");
+  PlanFlags flags;
+  addPlan(*plan, flags);
+  std::string id;
+  auto* watch = app.add_subcommand("watch", "Show requests as they are answered");
+  watch->add_option("ID", id, "Only this request")->check(checkId);
+  auto* cancel = app.add_subcommand("cancel", "Cancel a request");
+  cancel->add_option("ID", id, "The request")->required()->check(checkId);
+  auto* scene = app.add_subcommand("scene", "Show or change a live scene");
+  auto* experiment = app.add_subcommand("experiment", "Plan many varied requests");
+  auto* view = app.add_subcommand("view", "Make a page that shows a plan");
+  for (auto* later : {scene, experiment, view}) later->allow_extras();
+
+  try {
+    app.parse(argc, argv);
+    if (domain.empty()) {
+      domain = environmentDomain().value_or("0");
+      if (!parseDomain(domain)) {
+        throw CLI::ValidationError("HANDOVER_DOMAIN", checkDomain(domain));
+      }
+    }
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kExitDone : kExitUsage;
+  }
+  common.domain = *parseDomain(domain);
+  common.wait = std::chrono::milliseconds(std::llround(wait_s * 1e3));
+
+  const RequestId request = RequestId::fromHex(id).value_or(RequestId{});
+  if (status->parsed()) return runStatus(common);
+  if (cells->parsed()) return runCells(common);
+  if (watch->parsed()) return runWatch(common, request);
+  if (cancel->parsed()) return runCancel(common, request);
+  if (plan->parsed()) {
+    if (!flags.html.empty()) return notBuiltYet("--html");
+    return runPlan(common, finish(flags));
+  }
+  return notBuiltYet(app.get_subcommands().front()->get_name());
+}
+
+}  // namespace
+}  // namespace handover::ctl
+
+int main(int argc, char** argv) {
+  try {
+    handover::setLogLevel(spdlog::level::warn);
+    handover::client::routeMiddlewareLog();
+    return handover::ctl::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::cerr << "handoverctl: " << error.what() << std::endl;
+    return handover::ctl::kExitInternal;
+  }
+}
