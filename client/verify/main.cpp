@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// handover-verify: an independent check of a plan file.
+#include "verify/unreadable.hpp"
+#include "verify/verifier.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <exception>
+#include <filesystem>
+#include <iostream>
+#include <string>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kValid = 0;
+constexpr int kInvalid = 1;
+constexpr int kUnreadable = 2;
+
+/// The installed share beside the program, else the repository that it was built in.
+fs::path defaultRoot() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (error) return {};
+  const fs::path share = program.parent_path().parent_path() / "share" / "handover";
+  if (fs::is_directory(share / "robots", error)) return share;
+  for (fs::path folder = program.parent_path(); folder != folder.root_path();
+       folder = folder.parent_path()) {
+    if (fs::is_directory(folder / "robots", error) &&
+        fs::is_directory(folder / "config" / "cells", error)) {
+      return folder;
+    }
+  }
+  return {};
+}
+
+int unreadable(const std::string& what, bool json) {
+  if (json) std::cout << handover::verify::unreadableJson(what) << "\n";
+  std::cerr << "unreadable: " << what << "\n";
+  return kUnreadable;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Checks a handover plan file on its own: 0 valid, 1 invalid, 2 unreadable"};
+  app.name("handover-verify");
+  std::string plan, root;
+  bool json = false;
+  app.add_option("plan", plan, "plan file")->required();
+  app.add_option("--root", root, "folder that the plan's paths are relative to");
+  app.add_flag("--json", json, "one JSON object on standard output");
+  app.set_version_flag("--version", HANDOVER_VERSION);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kValid : kUnreadable;
+  }
+  try {
+    const fs::path folder = root.empty() ? defaultRoot() : fs::path(root);
+    if (folder.empty()) {
+      return unreadable("neither an installed share nor the repository found: give --root", json);
+    }
+    const handover::verify::Report report = handover::verify::verifyPlan(plan, folder);
+    if (json) {
+      std::cout << handover::verify::toJson(report) << "\n";
+    } else if (report.valid()) {
+      std::cout << "valid\n";
+    } else {
+      std::cout << handover::verify::toText(report);
+      std::cout << "invalid: " << report.violations.size() << " violation(s)\n";
+    }
+    return report.valid() ? kValid : kInvalid;
+  } catch (const std::exception& error) {
+    return unreadable(error.what(), json);
+  }
+}

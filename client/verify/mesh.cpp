@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verify/mesh.hpp"
+
+#include "verify/unreadable.hpp"
+
+#include <assimp/Importer.hpp>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <numbers>
+#include <numeric>
+
+namespace handover::verify {
+namespace {
+
+constexpr std::size_t kMaxTriangles = 2'000'000;
+constexpr double kWeld = 1e-7;  // [m]: vertices nearer than about this are one
+
+Eigen::Matrix4d toEigen(const aiMatrix4x4& m) {
+  Eigen::Matrix4d result;
+  result << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4, m.d1, m.d2,
+      m.d3, m.d4;
+  return result;
+}
+
+void collect(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& X_above, Mesh& mesh) {
+  const Eigen::Matrix4d X = X_above * toEigen(node.mTransformation);
+  for (unsigned m = 0; m < node.mNumMeshes; ++m) {
+    const aiMesh& part = *scene.mMeshes[node.mMeshes[m]];
+    const int base = static_cast<int>(mesh.vertices.size());
+    for (unsigned v = 0; v < part.mNumVertices; ++v) {
+      const aiVector3D& p = part.mVertices[v];
+      mesh.vertices.push_back((X * Eigen::Vector4d(p.x, p.y, p.z, 1)).head<3>());
+    }
+    for (unsigned f = 0; f < part.mNumFaces; ++f) {
+      const aiFace& face = part.mFaces[f];
+      if (face.mNumIndices != 3) continue;  // points and lines bound nothing
+      mesh.triangles.push_back({base + static_cast<int>(face.mIndices[0]),
+                                base + static_cast<int>(face.mIndices[1]),
+                                base + static_cast<int>(face.mIndices[2])});
+    }
+  }
+  for (unsigned c = 0; c < node.mNumChildren; ++c) collect(scene, *node.mChildren[c], X, mesh);
+}
+
+/// Numbers shared by all vertices at (nearly) one place.
+std::vector<int> weld(const Mesh& mesh) {
+  std::map<std::array<std::int64_t, 3>, int> places;
+  std::vector<int> number(mesh.vertices.size());
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    std::array<std::int64_t, 3> key{};
+    for (int k = 0; k < 3; ++k) {
+      key[static_cast<std::size_t>(k)] = std::llround(mesh.vertices[i][k] / kWeld);
+    }
+    number[i] = places.emplace(key, static_cast<int>(places.size())).first->second;
+  }
+  return number;
+}
+
+class UnionFind {
+ public:
+  explicit UnionFind(std::size_t size) : parent_(size) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+
+  int find(int a) {
+    while (at(a) != a) a = at(a) = at(at(a));
+    return a;
+  }
+
+  void join(int a, int b) { at(find(a)) = find(b); }
+
+ private:
+  int& at(int i) { return parent_[static_cast<std::size_t>(i)]; }
+
+  std::vector<int> parent_;
+};
+
+double signedVolume(const Mesh& mesh) {
+  double sum = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const auto vertex = [&](int k) { return mesh.vertices[static_cast<std::size_t>(k)]; };
+    sum += vertex(t[0]).dot(vertex(t[1]).cross(vertex(t[2])));
+  }
+  return sum / 6;
+}
+
+/// Parity of the crossings of a ray with the mesh.
+bool oddCrossings(const Mesh& mesh, const Eigen::Vector3d& origin, const Eigen::Vector3d& ray) {
+  bool odd = false;
+  for (const Triangle& t : mesh.triangles) {
+    const Eigen::Vector3d& a = mesh.vertices[static_cast<std::size_t>(t[0])];
+    const Eigen::Vector3d ab = mesh.vertices[static_cast<std::size_t>(t[1])] - a;
+    const Eigen::Vector3d ac = mesh.vertices[static_cast<std::size_t>(t[2])] - a;
+    const Eigen::Vector3d normal = ray.cross(ac);
+    const double determinant = ab.dot(normal);
+    if (determinant == 0) continue;
+    const Eigen::Vector3d ao = origin - a;
+    const double u = ao.dot(normal) / determinant;
+    if (u < 0 || u > 1) continue;
+    const Eigen::Vector3d cross = ao.cross(ab);
+    const double v = ray.dot(cross) / determinant;
+    if (v < 0 || u + v > 1) continue;
+    if (ac.dot(cross) / determinant > 0) odd = !odd;
+  }
+  return odd;
+}
+
+}  // namespace
+
+void Mesh::append(const Mesh& other) {
+  const int base = static_cast<int>(vertices.size());
+  vertices.insert(vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (const Triangle& t : other.triangles) {
+    triangles.push_back({base + t[0], base + t[1], base + t[2]});
+  }
+}
+
+void Mesh::transform(const Pose& X) {
+  for (Eigen::Vector3d& vertex : vertices) vertex = X * vertex;
+}
+
+Mesh readMesh(const std::filesystem::path& file, const Eigen::Vector3d& scale) {
+  Assimp::Importer importer;
+  // A robot's frames are those of the file: no turning to y-up.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
+                              aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+  const aiScene* scene =
+      importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);
+  if (!scene || !scene->mRootNode) throw Unreadable(file.string(), importer.GetErrorString());
+  Mesh mesh;
+  collect(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity(), mesh);
+  if (mesh.triangles.empty()) throw Unreadable(file.string(), "no triangle in it");
+  if (mesh.triangles.size() > kMaxTriangles) throw Unreadable(file.string(), "too many triangles");
+  for (Eigen::Vector3d& vertex : mesh.vertices) {
+    vertex = vertex.cwiseProduct(scale);
+    if (!vertex.allFinite()) throw Unreadable(file.string(), "vertex not finite");
+  }
+  return mesh;
+}
+
+Mesh boxMesh(const Eigen::Vector3d& size) {
+  Mesh mesh;
+  for (int corner = 0; corner < 8; ++corner) {
+    mesh.vertices.push_back(size.cwiseProduct(Eigen::Vector3d(
+        corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5)));
+  }
+  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  return mesh;
+}
+
+Mesh cylinderMesh(double radius, double length) {
+  constexpr int kSides = 90;
+  const double outer = radius / std::cos(std::numbers::pi / kSides);
+  Mesh mesh;
+  for (const double z : {-length / 2, length / 2}) {
+    for (int i = 0; i < kSides; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kSides;
+      mesh.vertices.emplace_back(outer * std::cos(angle), outer * std::sin(angle), z);
+    }
+  }
+  mesh.vertices.emplace_back(0, 0, -length / 2);
+  mesh.vertices.emplace_back(0, 0, length / 2);
+  for (int i = 0; i < kSides; ++i) {
+    const int next = (i + 1) % kSides;
+    mesh.triangles.push_back({i, next, kSides + next});
+    mesh.triangles.push_back({i, kSides + next, kSides + i});
+    mesh.triangles.push_back({2 * kSides, next, i});
+    mesh.triangles.push_back({2 * kSides + 1, kSides + i, kSides + next});
+  }
+  return mesh;
+}
+
+Mesh sphereMesh(double radius) {
+  constexpr int kRings = 24, kSides = 48;
+  Mesh mesh;
+  mesh.vertices.emplace_back(0, 0, 1);
+  for (int ring = 1; ring < kRings; ++ring) {
+    const double polar = std::numbers::pi * ring / kRings;
+    for (int i = 0; i < kSides; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kSides;
+      mesh.vertices.emplace_back(std::sin(polar) * std::cos(angle),
+                                 std::sin(polar) * std::sin(angle), std::cos(polar));
+    }
+  }
+  mesh.vertices.emplace_back(0, 0, -1);
+  const int south = static_cast<int>(mesh.vertices.size()) - 1;
+  const auto at = [](int ring, int i) { return 1 + (ring - 1) * kSides + i % kSides; };
+  for (int i = 0; i < kSides; ++i) {
+    mesh.triangles.push_back({0, at(1, i), at(1, i + 1)});
+    mesh.triangles.push_back({south, at(kRings - 1, i + 1), at(kRings - 1, i)});
+    for (int ring = 1; ring + 1 < kRings; ++ring) {
+      mesh.triangles.push_back({at(ring, i), at(ring + 1, i), at(ring + 1, i + 1)});
+      mesh.triangles.push_back({at(ring, i), at(ring + 1, i + 1), at(ring, i + 1)});
+    }
+  }
+  double nearest = 1;
+  for (const Triangle& t : mesh.triangles) {
+    const auto vertex = [&](int k) { return mesh.vertices[static_cast<std::size_t>(k)]; };
+    nearest = std::min(nearest, nearestOnTriangle(Eigen::Vector3d::Zero(), vertex(t[0]),
+                                                  vertex(t[1]), vertex(t[2]))
+                                    .norm());
+  }
+  for (Eigen::Vector3d& vertex : mesh.vertices) vertex *= radius / nearest;
+  return mesh;
+}
+
+bool Shell::contains(const Eigen::Vector3d& point) const {
+  if (!closed || !box.contains(point)) return false;
+  // Three odd directions vote: a ray through an edge may miscount, two of them hardly will.
+  int inside = 0;
+  inside += oddCrossings(mesh, point, Eigen::Vector3d(0.5377, 0.7339, 0.4156));
+  inside += oddCrossings(mesh, point, Eigen::Vector3d(-0.2588, 0.3188, 0.9118));
+  inside += oddCrossings(mesh, point, Eigen::Vector3d(0.8622, -0.4336, -0.2620));
+  return inside >= 2;
+}
+
+std::vector<Shell> shellsOf(const Mesh& mesh) {
+  const std::vector<int> number = weld(mesh);
+  const int places = number.empty() ? 0 : *std::max_element(number.begin(), number.end()) + 1;
+  const auto place = [&](int vertex) { return number[static_cast<std::size_t>(vertex)]; };
+  UnionFind pieces(static_cast<std::size_t>(places));
+  for (const Triangle& t : mesh.triangles) {
+    pieces.join(place(t[0]), place(t[1]));
+    pieces.join(place(t[1]), place(t[2]));
+  }
+  std::map<int, std::size_t> shell_of_piece;
+  std::vector<Shell> shells;
+  std::vector<int> index(static_cast<std::size_t>(places), -1);
+  std::vector<std::map<std::pair<int, int>, int>> edges;
+  for (const Triangle& t : mesh.triangles) {
+    const std::array<int, 3> at = {place(t[0]), place(t[1]), place(t[2])};
+    if (at[0] == at[1] || at[1] == at[2] || at[2] == at[0]) continue;  // no area
+    const auto [entry, is_new] = shell_of_piece.emplace(pieces.find(at[0]), shells.size());
+    if (is_new) {
+      shells.emplace_back();
+      edges.emplace_back();
+    }
+    Shell& shell = shells[entry->second];
+    Triangle local{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      int& slot = index[static_cast<std::size_t>(at[k])];
+      if (slot < 0) {
+        slot = static_cast<int>(shell.mesh.vertices.size());
+        shell.mesh.vertices.push_back(mesh.vertices[static_cast<std::size_t>(t[k])]);
+        shell.box.extend(shell.mesh.vertices.back());
+      }
+      local[k] = slot;
+      const std::size_t next = (k + 1) % 3;
+      ++edges[entry->second][std::minmax(at[k], at[next])];
+    }
+    shell.mesh.triangles.push_back(local);
+  }
+  for (std::size_t s = 0; s < shells.size(); ++s) {
+    shells[s].closed = std::all_of(edges[s].begin(), edges[s].end(),
+                                   [](const auto& edge) { return edge.second == 2; });
+    if (signedVolume(shells[s].mesh) < 0) {
+      for (Triangle& t : shells[s].mesh.triangles) std::swap(t[1], t[2]);
+    }
+  }
+  return shells;
+}
+
+Eigen::Vector3d nearestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                                  const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  // Ericson, Real-Time Collision Detection §5.1.5: by Voronoi regions.
+  const Eigen::Vector3d ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return a;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return b;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return c;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+  }
+  const double scale = 1 / (va + vb + vc);
+  return a + ab * (vb * scale) + ac * (vc * scale);
+}
+
+}  // namespace handover::verify

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Triangle meshes: read from files, made from primitives, and asked what is inside them.
+#pragma once
+
+#include "verify/geometry.hpp"
+#include "verify/pose.hpp"
+
+#include <array>
+#include <filesystem>
+#include <vector>
+
+namespace handover::verify {
+
+using Triangle = std::array<int, 3>;
+
+struct Mesh {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<Triangle> triangles;
+
+  void append(const Mesh& other);
+  void transform(const Pose& X);
+};
+
+/// Every triangle of the file, node transforms and units honoured, axes as in the file.
+/// @throws Unreadable when it is no mesh or has no triangle.
+Mesh readMesh(const std::filesystem::path& file, const Eigen::Vector3d& scale);
+
+Mesh boxMesh(const Eigen::Vector3d& size);
+/// Around the true shape, never inside it: off by 0.06 % of the radius.
+Mesh cylinderMesh(double radius, double length);
+/// Around the true shape, never inside it: off by at most 0.7 % of the radius.
+Mesh sphereMesh(double radius);
+
+/// A connected piece of a mesh, its vertices welded and its triangles turned outwards where it is
+/// closed.
+struct Shell {
+  Mesh mesh;
+  bool closed = false;  ///< every edge has exactly two triangles
+  Eigen::AlignedBox3d box;
+
+  /// Whether the point is in the solid that a closed shell bounds; false for an open one.
+  bool contains(const Eigen::Vector3d& point) const;
+};
+
+std::vector<Shell> shellsOf(const Mesh& mesh);
+
+/// The point of the triangle that is nearest.
+Eigen::Vector3d nearestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                                  const Eigen::Vector3d& b, const Eigen::Vector3d& c);
+
+}  // namespace handover::verify

@@ -1,0 +1,408 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verify/robot.hpp"
+
+#include "verify/unreadable.hpp"
+
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <optional>
+
+namespace handover::verify {
+namespace {
+
+using Element = tinyxml2::XMLElement;
+
+constexpr std::size_t kMaxLinks = 1000;
+
+/// An XML file whose faults are named by line.
+class XmlFile {
+ public:
+  explicit XmlFile(std::filesystem::path path) : path_(std::move(path)) {
+    if (document_.LoadFile(path_.c_str()) != tinyxml2::XML_SUCCESS) {
+      throw Unreadable(path_.string(), document_.ErrorStr());
+    }
+  }
+
+  const Element& root(const char* name) const {
+    const Element* element = document_.FirstChildElement(name);
+    if (!element) throw Unreadable(path_.string(), std::string("no <") + name + "> element");
+    return *element;
+  }
+
+  [[noreturn]] void fail(const Element& element, const std::string& what) const {
+    throw Unreadable(path_.string() + ":" + std::to_string(element.GetLineNum()), what);
+  }
+
+  std::string attribute(const Element& element, const char* name) const {
+    const char* text = element.Attribute(name);
+    if (!text || !*text) fail(element, std::string("attribute ") + name + " is missing");
+    return text;
+  }
+
+  /// `count` numbers of an attribute, whatever the locale; nullopt when it is not there.
+  std::optional<std::vector<double>> numbers(const Element& element, const char* name,
+                                             std::size_t count) const {
+    const char* text = element.Attribute(name);
+    if (!text) return std::nullopt;
+    std::vector<double> result;
+    const char* at = text;
+    const char* const end = text + std::string_view(text).size();
+    while (true) {
+      while (at != end && (*at == ' ' || *at == '\t' || *at == '\n' || *at == '\r')) ++at;
+      if (at == end) break;
+      if (*at == '+') ++at;
+      double value = 0;
+      const auto [next, error] = std::from_chars(at, end, value);
+      if (error != std::errc() || !std::isfinite(value)) {
+        fail(element, std::string("attribute ") + name + " is not a number: " + text);
+      }
+      result.push_back(value);
+      at = next;
+    }
+    if (result.size() != count) {
+      fail(element,
+           std::string("attribute ") + name + " needs " + std::to_string(count) + " number(s)");
+    }
+    return result;
+  }
+
+  double number(const Element& element, const char* name, std::optional<double> fallback) const {
+    const auto value = numbers(element, name, 1);
+    if (value) return value->front();
+    if (!fallback) fail(element, std::string("attribute ") + name + " is missing");
+    return *fallback;
+  }
+
+  Eigen::Vector3d vector3(const Element& element, const char* name,
+                          const Eigen::Vector3d& fallback) const {
+    const auto value = numbers(element, name, 3);
+    return value ? Eigen::Vector3d((*value)[0], (*value)[1], (*value)[2]) : fallback;
+  }
+
+  /// <origin xyz rpy> below the element.
+  Pose origin(const Element& element) const {
+    Pose X = Pose::Identity();
+    if (const Element* origin = element.FirstChildElement("origin")) {
+      X.translation() = vector3(*origin, "xyz", Eigen::Vector3d::Zero());
+      X.linear() = rotationFromRpy(vector3(*origin, "rpy", Eigen::Vector3d::Zero()));
+    }
+    return X;
+  }
+
+ private:
+  std::filesystem::path path_;
+  tinyxml2::XMLDocument document_;
+};
+
+Geometry readGeometry(const XmlFile& file, const Element& element) {
+  const auto positive = [&](const Element& shape, const char* name) {
+    const double value = file.number(shape, name, std::nullopt);
+    if (value <= 0) file.fail(shape, std::string(name) + " must be positive");
+    return value;
+  };
+  if (const Element* box = element.FirstChildElement("box")) {
+    const Eigen::Vector3d size = file.vector3(*box, "size", Eigen::Vector3d::Zero());
+    if (size.minCoeff() <= 0) file.fail(*box, "size must be positive");
+    return Box{size};
+  }
+  if (const Element* sphere = element.FirstChildElement("sphere")) {
+    return Sphere{positive(*sphere, "radius")};
+  }
+  if (const Element* cylinder = element.FirstChildElement("cylinder")) {
+    return Cylinder{positive(*cylinder, "radius"), positive(*cylinder, "length")};
+  }
+  if (const Element* mesh = element.FirstChildElement("mesh")) {
+    const Eigen::Vector3d scale = file.vector3(*mesh, "scale", Eigen::Vector3d::Ones());
+    if (scale.cwiseAbs().minCoeff() <= 0) file.fail(*mesh, "scale must not be zero");
+    return MeshFile{file.attribute(*mesh, "filename"), scale};
+  }
+  file.fail(element, "geometry without box, sphere, cylinder or mesh");
+}
+
+struct RawJoint {
+  Joint joint;
+  std::string parent, child, mimic;
+  const Element* element = nullptr;
+};
+
+RawJoint readJoint(const XmlFile& file, const Element& element) {
+  RawJoint raw;
+  raw.element = &element;
+  Joint& joint = raw.joint;
+  joint.name = file.attribute(element, "name");
+  const std::string type = file.attribute(element, "type");
+  if (type == "fixed") {
+    joint.type = JointType::kFixed;
+  } else if (type == "revolute") {
+    joint.type = JointType::kRevolute;
+  } else if (type == "continuous") {
+    joint.type = JointType::kContinuous;
+  } else if (type == "prismatic") {
+    joint.type = JointType::kPrismatic;
+  } else {
+    file.fail(element, "joint type " + type + " is not supported");
+  }
+  const Element* parent = element.FirstChildElement("parent");
+  const Element* child = element.FirstChildElement("child");
+  if (!parent || !child) file.fail(element, "joint without parent or child");
+  raw.parent = file.attribute(*parent, "link");
+  raw.child = file.attribute(*child, "link");
+  joint.X_PJ = file.origin(element);
+  if (!joint.movable()) return raw;
+
+  if (const Element* axis = element.FirstChildElement("axis")) {
+    joint.axis = file.vector3(*axis, "xyz", Eigen::Vector3d::UnitX());
+    if (joint.axis.norm() < 1e-6) file.fail(*axis, "axis of no length");
+    joint.axis.normalize();
+  }
+  const Element* limit = element.FirstChildElement("limit");
+  if (!limit) file.fail(element, "joint without limit");
+  joint.velocity = file.number(*limit, "velocity", std::nullopt);
+  if (joint.type != JointType::kContinuous) {
+    joint.lower = file.number(*limit, "lower", 0);
+    joint.upper = file.number(*limit, "upper", 0);
+    if (joint.lower > joint.upper) file.fail(*limit, "lower above upper");
+  }
+  if (const Element* mimic = element.FirstChildElement("mimic")) {
+    raw.mimic = file.attribute(*mimic, "joint");
+    joint.multiplier = file.number(*mimic, "multiplier", 1);
+    joint.offset = file.number(*mimic, "offset", 0);
+  }
+  return raw;
+}
+
+/// Puts links and joints in topological order and resolves names.
+void assemble(const XmlFile& file, const Element& root, std::map<std::string, Link> links,
+              const std::vector<RawJoint>& raw, Robot& robot) {
+  std::map<std::string, const RawJoint*> above;
+  for (const RawJoint& joint : raw) {
+    if (!links.count(joint.parent) || !links.count(joint.child)) {
+      file.fail(*joint.element, "joint of an unknown link");
+    }
+    if (!above.emplace(joint.child, &joint).second) {
+      file.fail(*joint.element, "link " + joint.child + " has two parents");
+    }
+  }
+  std::vector<std::string> roots;
+  for (const auto& [name, link] : links) {
+    if (!above.count(name)) roots.push_back(name);
+  }
+  if (roots.size() != 1) {
+    file.fail(root, std::to_string(roots.size()) + " root links instead of one");
+  }
+  robot.links.push_back(links.at(roots.front()));
+  std::vector<const RawJoint*> order;
+  for (std::size_t at = 0; at < robot.links.size(); ++at) {
+    for (const RawJoint& joint : raw) {
+      if (joint.parent != robot.links[at].name) continue;
+      Joint placed = joint.joint;
+      placed.parent = static_cast<int>(at);
+      placed.child = static_cast<int>(robot.links.size());
+      Link link = links.at(joint.child);
+      link.parent_joint = static_cast<int>(robot.joints.size());
+      robot.links.push_back(link);
+      robot.joints.push_back(placed);
+      order.push_back(&joint);
+    }
+  }
+  if (robot.links.size() != links.size()) file.fail(root, "links that do not hang from the root");
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (order[i]->mimic.empty()) continue;
+    const int master = robot.findJoint(order[i]->mimic);
+    if (master < 0 || !robot.joints[static_cast<std::size_t>(master)].movable()) {
+      file.fail(*order[i]->element, "mimics an unknown joint");
+    }
+    robot.joints[i].mimic = master;
+  }
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    std::size_t steps = 0;
+    for (int j = static_cast<int>(i); j >= 0; j = robot.joints[static_cast<std::size_t>(j)].mimic) {
+      if (++steps > order.size()) file.fail(*order[i]->element, "mimics itself");
+    }
+  }
+}
+
+void readUrdf(const std::filesystem::path& path, Robot& robot) {
+  const XmlFile file(path);
+  const Element& root = file.root("robot");
+  robot.name = file.attribute(root, "name");
+  robot.urdf = path;
+  std::map<std::string, Link> links;
+  for (const Element* e = root.FirstChildElement("link"); e; e = e->NextSiblingElement("link")) {
+    Link link;
+    link.name = file.attribute(*e, "name");
+    for (const Element* c = e->FirstChildElement("collision"); c;
+         c = c->NextSiblingElement("collision")) {
+      const Element* geometry = c->FirstChildElement("geometry");
+      if (!geometry) file.fail(*c, "collision without geometry");
+      link.collision.push_back({file.origin(*c), readGeometry(file, *geometry)});
+    }
+    if (!links.emplace(link.name, link).second) file.fail(*e, "link " + link.name + " twice");
+    if (links.size() > kMaxLinks) file.fail(*e, "too many links");
+  }
+  std::vector<RawJoint> joints;
+  std::set<std::string> names;
+  for (const Element* e = root.FirstChildElement("joint"); e; e = e->NextSiblingElement("joint")) {
+    joints.push_back(readJoint(file, *e));
+    if (!names.insert(joints.back().joint.name).second) {
+      file.fail(*e, "joint " + joints.back().joint.name + " twice");
+    }
+  }
+  assemble(file, root, std::move(links), joints, robot);
+}
+
+void readSrdf(const std::filesystem::path& path, Robot& robot) {
+  const XmlFile file(path);
+  const Element& root = file.root("robot");
+  const auto link = [&](const Element& element, const char* attribute) {
+    const int index = robot.findLink(file.attribute(element, attribute));
+    if (index < 0) file.fail(element, "unknown link " + file.attribute(element, attribute));
+    return index;
+  };
+  for (const Element* e = root.FirstChildElement("group"); e; e = e->NextSiblingElement("group")) {
+    for (const Element* c = e->FirstChildElement("chain"); c; c = c->NextSiblingElement("chain")) {
+      robot.chains.push_back(
+          {file.attribute(*e, "name"), link(*c, "base_link"), link(*c, "tip_link")});
+    }
+  }
+  for (const Element* e = root.FirstChildElement("disable_collisions"); e;
+       e = e->NextSiblingElement("disable_collisions")) {
+    const char* reason = e->Attribute("reason");
+    if (!reason) continue;
+    const std::string_view text(reason);
+    if (text != "Adjacent" && text != "Always") continue;
+    const int a = link(*e, "link1");
+    const int b = link(*e, "link2");
+    robot.touching.insert({a, b});
+    robot.touching.insert({b, a});
+  }
+}
+
+}  // namespace
+
+int Robot::findLink(std::string_view link) const {
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    if (links[i].name == link) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+int Robot::findJoint(std::string_view joint) const {
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    if (joints[i].name == joint) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+std::vector<int> Robot::rigidGroups() const {
+  std::vector<int> groups(links.size());
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const int above = links[i].parent_joint;
+    const bool fixed = above >= 0 && !joints[static_cast<std::size_t>(above)].movable();
+    groups[i] =
+        fixed ? groups[static_cast<std::size_t>(joints[static_cast<std::size_t>(above)].parent)]
+              : static_cast<int>(i);
+  }
+  return groups;
+}
+
+std::vector<int> Robot::subtree(int link) const {
+  std::vector<bool> below(links.size(), false);
+  std::vector<int> result;
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const int above = links[i].parent_joint;
+    below[i] = static_cast<int>(i) == link ||
+               (above >= 0 &&
+                below[static_cast<std::size_t>(joints[static_cast<std::size_t>(above)].parent)]);
+    if (below[i]) result.push_back(static_cast<int>(i));
+  }
+  return result;
+}
+
+std::vector<int> Robot::jointsAbove(int link) const {
+  std::vector<int> result;
+  while (true) {
+    const int above = links[static_cast<std::size_t>(link)].parent_joint;
+    if (above < 0) break;
+    const Joint& joint = joints[static_cast<std::size_t>(above)];
+    if (joint.movable()) result.push_back(above);
+    link = joint.parent;
+  }
+  std::reverse(result.begin(), result.end());
+  return result;
+}
+
+void Robot::followMimics(std::vector<double>& q) const {
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    // A chain of followers is walked to its master, which need not come first in the file.
+    double multiplier = 1, offset = 0;
+    std::size_t j = i;
+    while (joints[j].mimic >= 0) {
+      offset += multiplier * joints[j].offset;
+      multiplier *= joints[j].multiplier;
+      j = static_cast<std::size_t>(joints[j].mimic);
+    }
+    if (j != i) q[i] = multiplier * q[j] + offset;
+  }
+}
+
+Arm Robot::arm(std::string_view tool_link) const {
+  Arm arm;
+  arm.tool_link = findLink(tool_link);
+  if (arm.tool_link < 0) {
+    throw Unreadable(urdf.string(), "no link \"" + std::string(tool_link) + "\"");
+  }
+  const std::vector<int> groups = rigidGroups();
+  const auto group = [&](int link) { return groups[static_cast<std::size_t>(link)]; };
+
+  arm.joints = jointsAbove(arm.tool_link);
+  arm.base_link = 0;
+  for (const ChainGroup& chain : chains) {
+    if (group(chain.tip_link) != group(arm.tool_link)) continue;
+    const std::vector<int> below_base = subtree(chain.base_link);
+    if (!std::binary_search(below_base.begin(), below_base.end(), arm.tool_link)) continue;
+    std::vector<int> joints_of_chain = jointsAbove(arm.tool_link);
+    joints_of_chain.erase(
+        joints_of_chain.begin(),
+        joints_of_chain.begin() + static_cast<std::ptrdiff_t>(jointsAbove(chain.base_link).size()));
+    if (joints_of_chain.empty() || joints_of_chain.size() > arm.joints.size()) continue;
+    arm.joints = joints_of_chain;
+    arm.base_link = chain.base_link;
+  }
+  if (arm.joints.empty()) {
+    throw Unreadable(urdf.string(), "no joint above \"" + std::string(tool_link) + "\"");
+  }
+
+  const auto fingersBelow = [&](int link) {
+    const std::vector<int> below = subtree(link);
+    return std::any_of(below.begin(), below.end(), [&](int l) { return group(l) != group(link); });
+  };
+  // Up from the tool within its rigid group until fingers hang below.
+  arm.palm_link = arm.tool_link;
+  while (!fingersBelow(arm.palm_link) && arm.palm_link != group(arm.tool_link)) {
+    const int above = links[static_cast<std::size_t>(arm.palm_link)].parent_joint;
+    arm.palm_link = joints[static_cast<std::size_t>(above)].parent;
+  }
+  arm.hand_links = subtree(arm.palm_link);
+  for (const int link : arm.hand_links) {
+    if (group(link) != group(arm.palm_link)) arm.finger_links.push_back(link);
+    const int above = links[static_cast<std::size_t>(link)].parent_joint;
+    if (link != arm.palm_link && joints[static_cast<std::size_t>(above)].independent()) {
+      arm.hand_joints.push_back(above);
+    }
+  }
+  return arm;
+}
+
+Robot readRobot(const std::filesystem::path& urdf, const std::filesystem::path& srdf) {
+  Robot robot;
+  readUrdf(urdf, robot);
+  readSrdf(srdf, robot);
+  return robot;
+}
+
+}  // namespace handover::verify
