@@ -48,9 +48,10 @@ Result<JointPath> straightLine(const FollowIk& follow, const ArmVector& q_from,
 
   const Eigen::Vector3d p_from = X_AT_from.translation(), p_to = X_AT_to.translation();
   const Eigen::Quaterniond quat_from(X_AT_from.linear()), quat_to(X_AT_to.linear());
-  const double wanted =
-      std::max({1.0, std::ceil((p_to - p_from).norm() / settings.step),
-                std::ceil(quat_from.angularDistance(quat_to) / settings.angle_step)});
+  const double lengths = (p_to - p_from).norm() / settings.step;
+  const double turns = quat_from.angularDistance(quat_to) / settings.angle_step;
+  // 20.000000001 steps are 20.
+  const double wanted = std::max(1.0, std::ceil(std::max(lengths, turns) - 1e-6));
   if (wanted > kMostSteps) return {ErrorCode::kInvalidInput, "the line needs too many steps"};
   const int steps = static_cast<int>(wanted);
 

@@ -150,6 +150,9 @@ TEST(IkBiRrt, StillComesWhenTheFirstTwentyGoalsAreValidButWalledIn) {
   ASSERT_TRUE(path) << path.error().detail;
   EXPECT_EQ(goal, 20u);
   EXPECT_EQ(path->waypoints.back(), goals[20]);
+  // The problem tests what it says: with the goals of the beginning alone there is no path.
+  EXPECT_FALSE(planIkBiRrt(problem, joints({-2, -2}), listOf(goals),
+                           {.max_iterations = 2000, .goal_period = 1'000'000}, {}));
 }
 
 TEST(IkBiRrt, SkipsGoalsThatAreNoConfigurations) {
