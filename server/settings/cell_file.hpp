@@ -5,9 +5,11 @@
 #include "core/model/robot_loader.hpp"
 #include "core/model/scene.hpp"
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -17,8 +19,18 @@ namespace handover {
 /// Models already loaded, by name: cells share them.
 using ModelCache = std::map<std::string, std::shared_ptr<const RobotModel>>;
 
-/// Reads robots/<name>/<name>.yaml under `root`. @throws FileError with every fault.
+/// Reads a robot's yaml file; its URDF and SRDF lie beside it and are named relative to `root`. @throws FileError with every fault.
 RobotSettings readRobotSettings(const std::filesystem::path& file, const std::filesystem::path& root);
+
+/// What an experiment draws for one override path: evenly between two ends, or one of some choices.
+struct Variation {
+  std::string path;
+  std::vector<double> from, to;               ///< the ends, of the same size; one entry: a plain number
+  /// For rpy_deg ranges: the drawn yaw is added to the direction from the drawn place to this (x, y).
+  std::optional<std::array<double, 2>> facing;
+  std::vector<std::string> choices;           ///< YAML values; empty for a range
+  bool operator==(const Variation&) const = default;
+};
 
 /// A loaded cell file. Immutable; safe from any thread.
 class Cell {
@@ -34,10 +46,14 @@ class Cell {
                    ModelCache& models);
 
   const std::string& name() const;
+  const std::filesystem::path& file() const;
   std::vector<std::string> taskNames() const;
+  /// The `vary:` part, in the file's order.
+  const std::vector<Variation>& variations() const;
 
-  /// The cell with overrides applied; or every fault, `field` = the override's path. Arm postures given
-  /// by tool pose are solved by IK, the same way every time; unreachable ones are faults naming the arm.
+  /// The cell with overrides applied in their order; or every fault, `field` = the override's path. Arm
+  /// postures given by tool pose are solved by IK, the same way every time: of all solutions the one
+  /// nearest to the posture before. Unreachable ones are faults naming robot and arm.
   std::variant<Instance, std::vector<Fault>> instantiate(const std::vector<Override>& overrides,
                                                          std::uint64_t revision) const;
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/model/xml_reader.hpp"
 
-#include <charconv>
-#include <cmath>
+#include "core/model/number.hpp"
+
 #include <fstream>
 #include <sstream>
 
@@ -10,18 +10,6 @@ namespace handover {
 namespace {
 
 constexpr std::uintmax_t kMaxBytes = 16u << 20;
-constexpr std::string_view kSpace = " \t\r\n\f\v";
-
-std::vector<std::string_view> words(std::string_view text) {
-  std::vector<std::string_view> found;
-  for (std::size_t at = text.find_first_not_of(kSpace); at != std::string_view::npos;
-       at = text.find_first_not_of(kSpace, at)) {
-    const std::size_t end = std::min(text.find_first_of(kSpace, at), text.size());
-    found.push_back(text.substr(at, end - at));
-    at = end;
-  }
-  return found;
-}
 
 std::string where(const tinyxml2::XMLElement& element, const char* attribute) {
   return described(element) + ": " + attribute;
@@ -63,20 +51,6 @@ const tinyxml2::XMLElement* parseXml(const std::filesystem::path& file,
   return root;
 }
 
-std::optional<double> parseNumber(std::string_view text) {
-  const std::vector<std::string_view> word = words(text);
-  if (word.size() != 1) return std::nullopt;
-  std::string_view digits = word.front();
-  // from_chars takes no leading plus, and a second sign after one is no number.
-  if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value)) {
-    return std::nullopt;
-  }
-  return value;
-}
-
 std::string requiredText(const tinyxml2::XMLElement& element, const char* attribute,
                          XmlFaults& faults) {
   const char* text = element.Attribute(attribute);
@@ -111,7 +85,7 @@ std::optional<Eigen::Vector3d> vectorOf(const tinyxml2::XMLElement& element, con
                                         XmlFaults& faults) {
   const char* text = element.Attribute(attribute);
   if (text == nullptr) return std::nullopt;
-  const std::vector<std::string_view> parts = words(text);
+  const std::vector<std::string_view> parts = splitWords(text);
   Eigen::Vector3d vector = Eigen::Vector3d::Zero();
   bool good = parts.size() == 3;
   for (std::size_t i = 0; good && i < 3; ++i) {

@@ -9,7 +9,6 @@
 
 #include <tinyxml2.h>
 
-#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -38,10 +37,6 @@ class XmlFaults {
 /// Parses a file; nullptr after a fault. At most 16 MiB.
 const tinyxml2::XMLElement* parseXml(const std::filesystem::path& file,
                                      tinyxml2::XMLDocument& document, XmlFaults& faults);
-
-/// A finite decimal number, or nullopt; "+1", "-.5" and "1e-3" are numbers, "1 2" and "nan" are
-/// not.
-std::optional<double> parseNumber(std::string_view text);
 
 /// The `name` attribute or another one that must be there and not empty; "" after a fault.
 std::string requiredText(const tinyxml2::XMLElement& element, const char* attribute,

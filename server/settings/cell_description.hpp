@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// A cell file as values: typed and in range, names not yet looked up.
+#pragma once
+
+#include "settings/cell_file.hpp"
+#include "settings/yaml_reader.hpp"
+
+#include <handover/common/geometry.hpp>
+#include <handover/common/plan.hpp>
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace handover {
+
+/// A pose in a named frame: "world", an object, a robot, or robot/link.
+struct FramedPose {
+  std::string frame = "world";
+  Pose X_FO = Pose::Identity();
+};
+
+struct RobotDescription {
+  std::string name, model, posture;
+  Pose X_WB = Pose::Identity();
+  std::map<std::string, double> joints;
+  std::vector<std::pair<std::string, Pose>> tools;  ///< arm, X_BT in the root link's frame
+  std::vector<NamePair> resting;                    ///< link, object
+};
+
+struct AttachmentDescription {
+  std::string robot, link;
+  Pose X_LO = Pose::Identity();
+  std::vector<std::string> touch_links;
+};
+
+struct ObjectDescription {
+  std::string name;
+  Geometry geometry;
+  std::optional<FramedPose> pose;
+  std::optional<AttachmentDescription> attached_to;
+  std::vector<std::string> resting;
+  std::map<std::string, std::map<std::string, int>> grasp_counts;
+};
+
+struct TaskDescription {
+  std::string name, object, giver, receiver;
+  std::optional<FramedPose> start;
+  FramedPose goal;
+  std::optional<std::vector<std::string>> goal_rest;
+};
+
+struct CellDescription {
+  std::string name;
+  std::vector<RobotDescription> robots;
+  std::vector<ObjectDescription> objects;
+  std::vector<TaskDescription> tasks;
+  std::vector<Variation> variations;
+};
+
+/// Faults go to `report`; the description is usable only if there were none.
+CellDescription readCell(const YAML::Node& document, YamlReport& report);
+
+}  // namespace handover

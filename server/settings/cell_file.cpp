@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "settings/cell_file.hpp"
+
+#include "settings/cell_description.hpp"
+#include "settings/cell_overrides.hpp"
+#include "settings/roots.hpp"
+#include "settings/scene_resolver.hpp"
+
+#include <charconv>
+
+namespace handover {
+namespace {
+
+std::string shortest(double value) {
+  std::array<char, 32> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+  return {digits.data(), end};
+}
+
+std::string yamlOf(const std::vector<double>& values) {
+  if (values.size() == 1) return shortest(values[0]);
+  std::string text = "[";
+  for (const double value : values) text += (text.size() > 1 ? ", " : "") + shortest(value);
+  return text + "]";
+}
+
+/// Both ends of a range and every choice must be values that the reader takes.
+void checkVariation(const std::string& text, const std::string& shown_file,
+                    const Variation& variation, YamlReport& report) {
+  std::vector<std::string> values = variation.choices;
+  if (!variation.from.empty()) values = {yamlOf(variation.from), yamlOf(variation.to)};
+  for (const std::string& value : values) {
+    const std::vector<Override> change{{variation.path, value}};
+    YAML::Node document = parseYaml(text, shown_file);
+    std::vector<Fault> faults = applyOverrides(document, change);
+    if (faults.empty()) {
+      YamlReport changed;
+      readCell(document, changed);
+      faults = asOverrideFaults(changed, change);
+    }
+    for (const Fault& fault : faults) report.add("vary." + variation.path, fault.message);
+    if (!faults.empty()) return;
+  }
+}
+
+/// Loads the models that the cell names and that are not there yet; collects what is wrong with
+/// them.
+void loadModels(const CellDescription& cell, const std::filesystem::path& root, ModelCache& models,
+                YamlReport& report, std::vector<FileFault>& faults) {
+  std::map<std::string, bool> tried;
+  for (const RobotDescription& robot : cell.robots) {
+    if (models.contains(robot.model) || !tried.emplace(robot.model, true).second) continue;
+    const std::filesystem::path file = robotFile(robot.model, root);
+    if (std::error_code error; !std::filesystem::is_regular_file(file, error)) {
+      report.add("robots." + robot.name + ".model",
+                 "no model '" + robot.model + "': " + file.string() + " does not exist");
+      continue;
+    }
+    try {
+      models.emplace(robot.model,
+                     std::make_shared<const RobotModel>(loadRobot(readRobotSettings(file, root))));
+    } catch (const FileError& error) {
+      faults.insert(faults.end(), error.faults().begin(), error.faults().end());
+    }
+  }
+}
+
+}  // namespace
+
+struct Cell::Data {
+  std::filesystem::path file, root;
+  std::string text;  ///< parsed anew per request: yaml-cpp's nodes are not
+                     ///< safe to read from two threads
+  CellDescription description;
+  ModelCache models;                          ///< those of this cell
+  std::map<std::string, KnownShapes> shapes;  ///< by object
+  std::shared_ptr<const Scene> scene;         ///< without overrides
+  std::vector<SceneTask> tasks;
+};
+
+Cell Cell::load(const std::filesystem::path& file, const std::filesystem::path& root,
+                ModelCache& models) {
+  auto data = std::make_shared<Data>();
+  data->file = file;
+  data->root = root;
+  data->text = readSettingsText(file);
+  const std::string shown_file = file.string();
+  YamlReport report;
+  data->description = readCell(parseYaml(data->text, shown_file), report);
+  if (!report.clean()) throw FileError(report.inFile(shown_file));
+
+  std::vector<FileFault> robot_faults;
+  loadModels(data->description, root, models, report, robot_faults);
+  for (const Variation& variation : data->description.variations) {
+    checkVariation(data->text, shown_file, variation, report);
+  }
+  if (report.clean() && robot_faults.empty()) {
+    for (const RobotDescription& robot : data->description.robots) {
+      data->models.emplace(robot.model, models.at(robot.model));
+    }
+    ResolvedCell resolved = resolveCell(data->description, data->models, root, {}, report);
+    for (const SceneObject& object : resolved.scene.objects) {
+      data->shapes.emplace(object.name, KnownShapes{object.geometry, object.shapes});
+    }
+    data->scene = std::make_shared<const Scene>(std::move(resolved.scene));
+    data->tasks = std::move(resolved.tasks);
+  }
+  std::vector<FileFault> faults = report.inFile(shown_file);
+  faults.insert(faults.end(), robot_faults.begin(), robot_faults.end());
+  if (!faults.empty()) throw FileError(std::move(faults));
+  Cell cell;
+  cell.data_ = std::move(data);
+  return cell;
+}
+
+const std::string& Cell::name() const { return data_->description.name; }
+
+const std::filesystem::path& Cell::file() const { return data_->file; }
+
+std::vector<std::string> Cell::taskNames() const {
+  std::vector<std::string> names;
+  for (const SceneTask& task : data_->tasks) names.push_back(task.name);
+  return names;
+}
+
+const std::vector<Variation>& Cell::variations() const { return data_->description.variations; }
+
+std::variant<Cell::Instance, std::vector<Fault>> Cell::instantiate(
+    const std::vector<Override>& overrides, std::uint64_t revision) const {
+  if (overrides.empty()) {
+    auto scene = std::make_shared<Scene>(*data_->scene);
+    scene->revision = revision;
+    return Instance{std::move(scene), data_->tasks};
+  }
+  YAML::Node document = YAML::Load(data_->text);
+  if (auto faults = applyOverrides(document, overrides); !faults.empty()) return faults;
+  YamlReport report;
+  const CellDescription description = readCell(document, report);
+  if (!report.clean()) return asOverrideFaults(report, overrides);
+  ResolvedCell resolved =
+      resolveCell(description, data_->models, data_->root, data_->shapes, report);
+  if (!report.clean()) return asOverrideFaults(report, overrides);
+  resolved.scene.revision = revision;
+  return Instance{std::make_shared<const Scene>(std::move(resolved.scene)),
+                  std::move(resolved.tasks)};
+}
+
+}  // namespace handover

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "settings/cell_overrides.hpp"
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+
+namespace handover {
+namespace {
+
+constexpr std::size_t kMaxDepth = 16;
+constexpr std::size_t kMaxValueBytes = 65536;
+
+std::vector<std::string> splitPath(const std::string& path) {
+  std::vector<std::string> keys;
+  std::size_t at = 0;
+  for (std::size_t dot = path.find('.'); dot != std::string::npos; dot = path.find('.', at)) {
+    keys.push_back(path.substr(at, dot - at));
+    at = dot + 1;
+  }
+  keys.push_back(path.substr(at));
+  return keys;
+}
+
+bool hasKey(const YAML::Node& map, const std::string& key) {
+  return map.IsMap() && map[key].IsDefined();
+}
+
+/// What is wrong with the path before anything is set; empty if nothing.
+std::string pathFault(const YAML::Node& document, const std::vector<std::string>& keys) {
+  const bool blank = std::any_of(keys.begin(), keys.end(), [](const auto& k) { return k.empty(); });
+  if (blank || keys.size() > kMaxDepth) return "unknown path";
+  const std::string& part = keys[0];
+  if (part == "version" || part == "name" || part == "vary") return "cannot be overridden";
+  if (part != "robots" && part != "objects" && part != "tasks") return "unknown path";
+  if (keys.size() < 2) return "names no entry of " + part;
+  const YAML::Node entries = document[part];
+  if (hasKey(entries, keys[1])) return "";
+  return "unknown path: no '" + keys[1] + "' in " + part;
+}
+
+/// Sets keys[at...] below `node`; false if a key cannot lead on.
+bool setBelow(YAML::Node node, const std::vector<std::string>& keys, std::size_t at,
+              const YAML::Node& value) {
+  const std::string& key = keys[at];
+  if (node.IsSequence()) {
+    for (std::size_t i = 0; i < node.size(); ++i) {
+      if (!node[i].IsMap() || !hasKey(node[i], "name") || !node[i]["name"].IsScalar()) continue;
+      if (node[i]["name"].Scalar() != key) continue;
+      if (at + 1 < keys.size()) return setBelow(node[i], keys, at + 1, value);
+      node[i] = value;
+      return true;
+    }
+    return false;
+  }
+  if (!node.IsMap()) return false;
+  if (at + 1 < keys.size()) {
+    if (!hasKey(node, key)) node[key] = YAML::Node(YAML::NodeType::Map);
+    return setBelow(node[key], keys, at + 1, value);
+  }
+  // A rotation given one way replaces one given the other way.
+  if (key == "rpy_deg") node.remove("quat_wxyz");
+  if (key == "quat_wxyz") node.remove("rpy_deg");
+  node[key] = value;
+  return true;
+}
+
+std::string overrideFault(YAML::Node document, const Override& change) {
+  const std::vector<std::string> keys = splitPath(change.path);
+  if (std::string fault = pathFault(document, keys); !fault.empty()) return fault;
+  if (change.value.size() > kMaxValueBytes) return "the value is too long";
+  try {
+    const YAML::Node value = YAML::Load(change.value);
+    return setBelow(document, keys, 0, value) ? "" : "unknown path";
+  } catch (const YAML::Exception& error) {
+    return "the value is not well-formed YAML: " + error.msg;
+  }
+}
+
+bool leadsTo(std::string_view path, std::string_view inner) {
+  return inner == path || (inner.size() > path.size() && inner.starts_with(path) &&
+                           (path.empty() || inner[path.size()] == '.'));
+}
+
+}  // namespace
+
+std::vector<Fault> applyOverrides(YAML::Node document, const std::vector<Override>& overrides) {
+  std::vector<Fault> faults;
+  for (const Override& change : overrides) {
+    std::string fault = overrideFault(document, change);
+    if (!fault.empty()) faults.push_back({change.path, std::move(fault)});
+  }
+  return faults;
+}
+
+std::vector<Fault> asOverrideFaults(const YamlReport& report,
+                                    const std::vector<Override>& overrides) {
+  std::vector<Fault> faults;
+  for (const YamlFault& fault : report.faults()) {
+    const auto source =
+        std::find_if(overrides.rbegin(), overrides.rend(), [&fault](const Override& change) {
+          return leadsTo(change.path, fault.path) || leadsTo(fault.path, change.path);
+        });
+    if (source == overrides.rend()) {
+      faults.push_back({fault.path, fault.message});
+    } else if (source->path == fault.path) {
+      faults.push_back({source->path, fault.message});
+    } else {
+      faults.push_back({source->path, fault.path + ": " + fault.message});
+    }
+  }
+  return faults;
+}
+
+}  // namespace handover

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "settings/check.hpp"
+
+#include "core/model/mesh_reader.hpp"
+#include "core/model/srdf_reader.hpp"
+#include "core/model/urdf_reader.hpp"
+#include "settings/cell_file.hpp"
+#include "settings/settings_file.hpp"
+#include "settings/yaml_reader.hpp"
+
+#include <array>
+#include <fstream>
+
+namespace handover {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool isMesh(const fs::path& file) {
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return extension == ".stl" || extension == ".obj" || extension == ".dae";
+}
+
+bool isXml(const std::string& text) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  return first != std::string::npos && text[first] == '<';
+}
+
+bool hasAny(const std::string& text, std::initializer_list<const char*> words) {
+  for (const char* word : words) {
+    if (text.find(word) != std::string::npos) return true;
+  }
+  return false;
+}
+
+bool isSrdf(const fs::path& file, const std::string& text) {
+  if (hasAny(text, {"<parent", "<inertial", "<geometry"})) return false;
+  return file.extension() == ".srdf" ||
+         hasAny(text, {"<group", "<disable_collisions", "<end_effector", "<virtual_joint"});
+}
+
+void checkSrdf(const fs::path& file, std::vector<FileFault>& faults) {
+  fs::path urdf_file = file;
+  urdf_file.replace_extension(".urdf");
+  std::error_code error;
+  if (!fs::is_regular_file(urdf_file, error)) {
+    faults.push_back({file.string(), 0, "its URDF " + urdf_file.string() + " does not exist"});
+    return;
+  }
+  std::vector<FileFault> urdf_faults;
+  const UrdfModel urdf = readUrdf(urdf_file, urdf_file.string(), urdf_faults);
+  if (urdf_faults.empty()) {
+    readSrdf(file, file.string(), urdf, faults);
+  } else {
+    faults.insert(faults.end(), urdf_faults.begin(), urdf_faults.end());
+  }
+}
+
+void checkYaml(const fs::path& file, const std::string& text, const fs::path& root) {
+  const YAML::Node document = parseYaml(text, file.string());
+  const auto has = [&document](const char* key) {
+    return document.IsMap() && document[key].IsDefined();
+  };
+  if (has("robots") || has("objects") || has("tasks")) {
+    ModelCache models;
+    Cell::load(file, root, models);
+  } else if (has("urdf") || has("srdf") || has("arms") || has("hands")) {
+    loadRobot(readRobotSettings(file, root));
+  } else if (has("cells") || has("domain") || has("threads") || has("transport") || has("cache") ||
+             has("log_level")) {
+    readDaemonSettings(file);
+  } else {
+    throw FileError({{file.string(), 0, "is no cell, robot or daemon settings"}});
+  }
+}
+
+void checkFile(const fs::path& file, const fs::path& root, std::vector<FileFault>& faults) {
+  std::error_code error;
+  if (isMesh(file) && fs::is_regular_file(file, error)) {
+    readConvexMesh(file, Eigen::Vector3d::Ones());
+    return;
+  }
+  const std::string text = readSettingsText(file);
+  if (!isXml(text)) {
+    checkYaml(file, text, root);
+  } else if (isSrdf(file, text)) {
+    checkSrdf(file, faults);
+  } else {
+    readUrdf(file, file.string(), faults);
+  }
+}
+
+}  // namespace
+
+std::vector<FileFault> checkFiles(const std::vector<fs::path>& files, const fs::path& root) {
+  std::vector<FileFault> faults;
+  for (const fs::path& file : files) {
+    try {
+      checkFile(file, root, faults);
+    } catch (const FileError& error) {
+      faults.insert(faults.end(), error.faults().begin(), error.faults().end());
+    }
+  }
+  return faults;
+}
+
+}  // namespace handover

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// robots/<name>/<name>.yaml
+#include "settings/cell_file.hpp"
+#include "settings/yaml_reader.hpp"
+
+namespace handover {
+namespace {
+
+constexpr NumberRange kLength{-1000, 1000};      // [m]
+constexpr NumberRange kAngle{-1000, 1000};       // [rad]
+constexpr NumberRange kAcceleration{1e-6, 1e6};  // [rad/s^2]
+
+std::string requiredText(YamlMap& map, const char* key) {
+  const YamlValue* value = map.require(key);
+  return value == nullptr ? "" : value->text().value_or("");
+}
+
+/// A PATH as the plan file shows it: relative to the root where it lies inside, else absolute.
+std::string besides(const std::filesystem::path& file, const std::string& relative,
+                    const std::filesystem::path& root) {
+  namespace fs = std::filesystem;
+  const fs::path full = (fs::absolute(file).parent_path() / relative).lexically_normal();
+  const fs::path inside = full.lexically_relative(fs::absolute(root).lexically_normal());
+  const bool outside = inside.empty() || *inside.begin() == "..";
+  return (outside ? full : inside).generic_string();
+}
+
+ArmSettings readArm(const std::string& name, const YamlValue& value) {
+  ArmSettings arm;
+  arm.name = name;
+  auto map = value.map();
+  if (!map) return arm;
+  arm.group = requiredText(*map, "group");
+  arm.tool_link = requiredText(*map, "tool_link");
+  arm.hand = requiredText(*map, "hand");
+  if (const YamlValue* axis = map->require("approach_axis")) {
+    arm.approach_axis = axis->vector(kLength).value_or(Eigen::Vector3d::UnitZ());
+  }
+  if (const YamlValue* acceleration = map->require("acceleration")) {
+    arm.acceleration = acceleration->number(kAcceleration).value_or(1);
+  }
+  if (const YamlValue* shoulder = map->find("shoulder"))
+    arm.p_AShoulder = shoulder->vector(kLength);
+  map->finish();
+  return arm;
+}
+
+std::map<std::string, double> readPosture(YamlMap& hand, const char* key) {
+  std::map<std::string, double> posture;
+  const YamlValue* value = hand.require(key);
+  auto map = value == nullptr ? std::nullopt : value->map();
+  if (!map) return posture;
+  for (const auto& [joint, position] : map->all()) {
+    if (const auto number = position.number(kAngle)) posture.emplace(joint, *number);
+  }
+  return posture;
+}
+
+HandSettings readHand(const std::string& name, const YamlValue& value) {
+  HandSettings hand;
+  hand.name = name;
+  auto map = value.map();
+  if (!map) return hand;
+  hand.palm_link = requiredText(*map, "palm_link");
+  if (const YamlValue* fingers = map->require("fingers")) {
+    for (const YamlValue& finger : fingers->list().value_or(std::vector<YamlValue>())) {
+      if (auto joints = finger.texts()) hand.fingers.push_back(std::move(*joints));
+    }
+  }
+  if (const YamlValue* links = map->require("finger_links")) {
+    hand.finger_links = links->texts().value_or(std::vector<std::string>());
+  }
+  hand.open = readPosture(*map, "open");
+  hand.closed = readPosture(*map, "closed");
+  if (const YamlValue* acceleration = map->require("acceleration")) {
+    hand.acceleration = acceleration->number(kAcceleration).value_or(1);
+  }
+  map->finish();
+  return hand;
+}
+
+}  // namespace
+
+RobotSettings readRobotSettings(const std::filesystem::path& file,
+                                const std::filesystem::path& root) {
+  const std::string shown_file = file.string();
+  YamlReport report;
+  RobotSettings settings;
+  settings.root = root;
+  settings.settings_file = shown_file;
+  auto map = YamlValue(parseYaml(readSettingsText(file), shown_file), "", report).map();
+  if (!map) throw FileError(report.inFile(shown_file));
+  if (const YamlValue* version = map->require("version")) version->integer(1, 1);
+  if (const YamlValue* name = map->require("name")) settings.name = name->name().value_or("");
+  settings.urdf = besides(file, requiredText(*map, "urdf"), root);
+  settings.srdf = besides(file, requiredText(*map, "srdf"), root);
+  if (const YamlValue* value = map->require("arms")) {
+    if (auto arms = value->map()) {
+      for (const auto& [name, arm] : arms->all()) settings.arms.push_back(readArm(name, arm));
+    }
+  }
+  if (const YamlValue* value = map->require("hands")) {
+    if (auto hands = value->map()) {
+      for (const auto& [name, hand] : hands->all()) settings.hands.push_back(readHand(name, hand));
+    }
+  }
+  map->finish();
+  if (!report.clean()) throw FileError(report.inFile(shown_file));
+  settings.lines = report.lines();
+  return settings;
+}
+
+}  // namespace handover

@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "settings/scene_resolver.hpp"
+
+#include "core/kinematics/arm_kinematics.hpp"
+#include "core/model/geometry_shapes.hpp"
+
+#include <algorithm>
+
+namespace handover {
+namespace {
+
+/// Positions may stick out of the limits by the rounding of written decimals.
+constexpr double kLimitSlack = 1e-6;
+constexpr int kSwivelSamples = 64;
+
+class SceneResolver {
+ public:
+  SceneResolver(const CellDescription& cell, const ModelCache& models,
+                const std::filesystem::path& root, const std::map<std::string, KnownShapes>& known,
+                YamlReport& report)
+      : cell_(cell), models_(models), root_(root), known_(known), report_(report) {}
+
+  ResolvedCell resolve() {
+    scene().cell = cell_.name;
+    checkNames();
+    for (const RobotDescription& robot : cell_.robots) addRobot(robot);
+    if (!report_.clean()) return std::move(out_);  // poses stand on the robots
+    for (const ObjectDescription& object : cell_.objects) addObject(object);
+    states_.assign(cell_.objects.size(), State::kOpen);
+    for (std::size_t i = 0; i < cell_.objects.size(); ++i) placeObject(i);
+    for (const RobotDescription& robot : cell_.robots) addRobotResting(robot);
+    for (const TaskDescription& task : cell_.tasks) addTask(task);
+    return std::move(out_);
+  }
+
+ private:
+  enum class State { kOpen, kBusy, kPlaced };
+
+  Scene& scene() { return out_.scene; }
+
+  void checkNames() {
+    if (cell_.robots.empty()) report_.add("robots", "is empty");
+    if (cell_.tasks.empty()) report_.add("tasks", "is empty");
+    for (const ObjectDescription& object : cell_.objects) {
+      const std::string path = "objects." + object.name;
+      if (object.name == "world") report_.add(path, "'world' is the world's own name");
+      if (robotNamed(object.name) >= 0) report_.add(path, "is the name of a robot too");
+    }
+  }
+
+  int robotNamed(const std::string& name) const {
+    for (std::size_t i = 0; i < cell_.robots.size(); ++i) {
+      if (cell_.robots[i].name == name) return static_cast<int>(i);
+    }
+    return -1;
+  }
+
+  int objectNamed(const std::string& name, const std::string& path) {
+    for (std::size_t i = 0; i < cell_.objects.size(); ++i) {
+      if (cell_.objects[i].name == name) return static_cast<int>(i);
+    }
+    report_.add(path, "no object '" + name + "' in this cell");
+    return -1;
+  }
+
+  int linkNamed(const RobotModel& model, const std::string& name, const std::string& path) {
+    const int link = model.findLink(name);
+    if (link < 0) report_.add(path, "link '" + name + "' is not in robot '" + model.name + "'");
+    return link;
+  }
+
+  // ---- robots
+
+  void addRobot(const RobotDescription& description) {
+    const std::string path = "robots." + description.name;
+    SceneRobot robot;
+    robot.name = description.name;
+    robot.X_WB = description.X_WB;
+    const auto model = models_.find(description.model);
+    if (model == models_.end()) {
+      return report_.add(path + ".model",
+                         "model '" + description.model + "' was not loaded with this cell");
+    }
+    robot.model = model->second;
+    robot.q_start = posture(description, *robot.model, path);
+    setJoints(description, path + ".joints", robot);
+    for (const auto& [arm, X_BT] : description.tools) setTool(arm, X_BT, path, robot);
+    std::vector<Pose> poses;
+    linkPoses(*robot.model, robot.X_WB, robot.q_start, poses);
+    X_WL_.push_back(std::move(poses));
+    scene().robots.push_back(std::move(robot));
+  }
+
+  RobotVector posture(const RobotDescription& description, const RobotModel& model,
+                      const std::string& path) {
+    RobotVector q(model.dofs());
+    for (int dof = 0; dof < model.dofs(); ++dof) {
+      const Joint& joint =
+          model.joints[static_cast<std::size_t>(model.dof_joints[static_cast<std::size_t>(dof)])];
+      q[dof] = std::clamp(0.0, joint.lower, joint.upper);
+    }
+    if (description.posture.empty()) return q;
+    const auto state = model.named_states.find(description.posture);
+    if (state != model.named_states.end()) return state->second;
+    report_.add(path + ".posture",
+                "'" + description.posture + "' is no group state of robot '" + model.name + "'");
+    return q;
+  }
+
+  void setJoints(const RobotDescription& description, const std::string& path, SceneRobot& robot) {
+    for (const auto& [name, position] : description.joints) {
+      const std::string at = path + "." + name;
+      const int index = robot.model->findJoint(name);
+      if (index < 0) {
+        report_.add(at, "no such joint in robot '" + robot.model->name + "'");
+        continue;
+      }
+      const Joint& joint = robot.model->joints[static_cast<std::size_t>(index)];
+      if (joint.type == JointType::kFixed || joint.mimic) {
+        report_.add(at, joint.mimic ? "mimics another joint" : "is fixed");
+      } else if (position < joint.lower - kLimitSlack || position > joint.upper + kLimitSlack) {
+        report_.add(at, "is outside the joint's limits, " + std::to_string(joint.lower) + " to " +
+                            std::to_string(joint.upper));
+      } else {
+        robot.q_start[joint.dof] = std::clamp(position, joint.lower, joint.upper);
+      }
+    }
+  }
+
+  /// Solves an arm for a tool pose X_BT: of all solutions the nearest to the posture so far.
+  void setTool(const std::string& arm_name, const Pose& X_BT, const std::string& path,
+               SceneRobot& robot) {
+    const RobotModel& model = *robot.model;
+    const std::string at = path + ".arms." + arm_name;
+    const int arm_index = model.findArm(arm_name);
+    if (arm_index < 0) return report_.add(at, "robot '" + model.name + "' has no such arm");
+    const Arm& arm = model.arms[static_cast<std::size_t>(arm_index)];
+    std::vector<Pose> X_BL;
+    linkPoses(model, Pose::Identity(), robot.q_start, X_BL);
+    IkQuery query;
+    query.swivel_samples = kSwivelSamples;
+    query.q_near.resize(static_cast<Eigen::Index>(arm.dofs.size()));
+    for (std::size_t i = 0; i < arm.dofs.size(); ++i) {
+      query.q_near[static_cast<Eigen::Index>(i)] = robot.q_start[arm.dofs[i]];
+    }
+    std::vector<ArmVector> solutions;
+    const Pose X_AT = X_BL[static_cast<std::size_t>(arm.base_link)].inverse() * X_BT;
+    ArmKinematics(model, arm_index).solve(X_AT, query, solutions);
+    const auto nearest = std::min_element(solutions.begin(), solutions.end(),
+                                          [&query](const ArmVector& a, const ArmVector& b) {
+                                            return (a - query.q_near).lpNorm<Eigen::Infinity>() <
+                                                   (b - query.q_near).lpNorm<Eigen::Infinity>();
+                                          });
+    if (nearest == solutions.end()) {
+      return report_.add(at + ".tool", "arm '" + arm_name + "' of robot '" + robot.name +
+                                           "' cannot reach this pose within its limits");
+    }
+    for (std::size_t i = 0; i < arm.dofs.size(); ++i) {
+      robot.q_start[arm.dofs[i]] = (*nearest)[static_cast<Eigen::Index>(i)];
+    }
+  }
+
+  void addRobotResting(const RobotDescription& description) {
+    SceneRobot& robot = scene().robots[static_cast<std::size_t>(robotNamed(description.name))];
+    const std::string path = "robots." + description.name + ".resting";
+    for (const auto& [link_name, object] : description.resting) {
+      const int link = linkNamed(*robot.model, link_name, path);
+      if (link >= 0 && objectNamed(object, path) >= 0) robot.resting.emplace_back(link, object);
+    }
+  }
+
+  // ---- objects
+
+  void addObject(const ObjectDescription& description) {
+    const std::string path = "objects." + description.name;
+    SceneObject object;
+    object.name = description.name;
+    object.geometry = description.geometry;
+    object.shapes = shapesFor(description, path + ".geometry");
+    for (const std::string& other : description.resting) {
+      if (objectNamed(other, path + ".resting") < 0) continue;
+      if (other == description.name) report_.add(path + ".resting", "rests on itself");
+      object.resting.push_back(other);
+    }
+    if (description.attached_to) attach(*description.attached_to, path + ".attached_to", object);
+    addGraspCounts(description, path + ".grasps", object);
+    scene().objects.push_back(std::move(object));
+  }
+
+  std::vector<Shape> shapesFor(const ObjectDescription& description, const std::string& path) {
+    const auto known = known_.find(description.name);
+    if (known != known_.end() && known->second.geometry == description.geometry) {
+      return known->second.shapes;
+    }
+    try {
+      return shapesOf(description.geometry, root_);
+    } catch (const FileError& error) {
+      for (const FileFault& fault : error.faults()) report_.add(path, fault.text());
+      return {};
+    }
+  }
+
+  void attach(const AttachmentDescription& description, const std::string& path,
+              SceneObject& object) {
+    Attachment attachment;
+    attachment.robot = robotNamed(description.robot);
+    if (attachment.robot < 0) {
+      return report_.add(path + ".robot", "no robot '" + description.robot + "' in this cell");
+    }
+    const RobotModel& model = *scene().robots[static_cast<std::size_t>(attachment.robot)].model;
+    attachment.link = linkNamed(model, description.link, path + ".link");
+    attachment.X_LO = description.X_LO;
+    for (const std::string& name : description.touch_links) {
+      attachment.touch_links.push_back(linkNamed(model, name, path + ".touch_links"));
+    }
+    object.attached_to = std::move(attachment);
+  }
+
+  void addGraspCounts(const ObjectDescription& description, const std::string& path,
+                      SceneObject& object) {
+    for (const auto& [robot_name, hands] : description.grasp_counts) {
+      const int robot = robotNamed(robot_name);
+      if (robot < 0) {
+        report_.add(path + "." + robot_name, "no such robot in this cell");
+        continue;
+      }
+      const RobotModel& model = *scene().robots[static_cast<std::size_t>(robot)].model;
+      for (const auto& [hand, count] : hands) {
+        if (model.findHand(hand) >= 0) continue;
+        report_.add(path + "." + robot_name + "." + hand,
+                    "robot '" + robot_name + "' has no such hand");
+      }
+    }
+    object.grasp_counts = description.grasp_counts;
+  }
+
+  /// Brings an object's pose into the world, those that it stands on first; false if it cannot.
+  bool placeObject(std::size_t index) {
+    if (states_[index] == State::kPlaced) return true;
+    const ObjectDescription& description = cell_.objects[index];
+    const std::string path = "objects." + description.name;
+    if (states_[index] == State::kBusy) {
+      report_.add(path + ".pose.frame", "the frames of these objects run in a circle");
+      return false;
+    }
+    states_[index] = State::kBusy;
+    SceneObject& object = scene().objects[index];
+    bool placed = false;
+    if (object.attached_to && object.attached_to->link >= 0) {
+      object.X_WO =
+          linkPose(object.attached_to->robot, object.attached_to->link) * object.attached_to->X_LO;
+      placed = true;
+    } else if (description.pose) {
+      if (const auto X_WO = inWorld(*description.pose, path + ".pose")) {
+        object.X_WO = *X_WO;
+        placed = true;
+      }
+    }
+    states_[index] = State::kPlaced;  // where it failed, the fault is said once
+    return placed;
+  }
+
+  const Pose& linkPose(int robot, int link) const {
+    return X_WL_[static_cast<std::size_t>(robot)][static_cast<std::size_t>(link)];
+  }
+
+  std::optional<Pose> inWorld(const FramedPose& pose, const std::string& path) {
+    if (pose.frame == "world") return pose.X_FO;
+    for (std::size_t i = 0; i < cell_.objects.size(); ++i) {
+      if (cell_.objects[i].name != pose.frame) continue;
+      if (!placeObject(i)) return std::nullopt;
+      return scene().objects[i].X_WO * pose.X_FO;
+    }
+    const std::size_t slash = pose.frame.find('/');
+    const int robot = robotNamed(pose.frame.substr(0, slash));
+    if (robot < 0) {
+      report_.add(path + ".frame",
+                  "'" + pose.frame + "' is neither world, an object, a robot nor robot/link");
+      return std::nullopt;
+    }
+    if (slash == std::string::npos) return linkPose(robot, 0) * pose.X_FO;
+    const RobotModel& model = *scene().robots[static_cast<std::size_t>(robot)].model;
+    const int link = linkNamed(model, pose.frame.substr(slash + 1), path + ".frame");
+    if (link < 0) return std::nullopt;
+    return linkPose(robot, link) * pose.X_FO;
+  }
+
+  // ---- tasks
+
+  void addTask(const TaskDescription& description) {
+    const std::string path = "tasks." + description.name;
+    SceneTask task;
+    task.name = description.name;
+    task.object = description.object;
+    task.giver = description.giver;
+    task.receiver = description.receiver;
+    checkHands(description, path);
+    const int object = objectNamed(description.object, path + ".object");
+    if (object < 0) return;
+    if (scene().objects[static_cast<std::size_t>(object)].attached_to) {
+      report_.add(path + ".object", "'" + description.object + "' is attached to a robot");
+    }
+    task.X_WO_start = scene().objects[static_cast<std::size_t>(object)].X_WO;
+    if (description.start) place(*description.start, description, path + ".start", task.X_WO_start);
+    place(description.goal, description, path + ".goal", task.X_WO_goal);
+    addGoalRest(description, path, task);
+    out_.tasks.push_back(std::move(task));
+  }
+
+  void checkHands(const TaskDescription& task, const std::string& path) {
+    const std::pair<const char*, const std::string&> parts[] = {{"giver", task.giver},
+                                                                {"receiver", task.receiver}};
+    for (const auto& [part, name] : parts) {
+      const int robot = robotNamed(name);
+      if (robot < 0) {
+        report_.add(path + "." + part, "no robot '" + name + "' in this cell");
+      } else if (scene().robots[static_cast<std::size_t>(robot)].model->arms.empty()) {
+        report_.add(path + "." + part, "robot '" + name + "' has no arm");
+      }
+    }
+    if (task.giver == task.receiver) report_.add(path + ".receiver", "is the giver too");
+  }
+
+  void place(const FramedPose& pose, const TaskDescription& task, const std::string& path,
+             Pose& X_WO) {
+    if (pose.frame == task.object) {
+      return report_.add(path + ".frame", "is the task's own object");
+    }
+    if (const auto placed = inWorld(pose, path)) X_WO = *placed;
+  }
+
+  void addGoalRest(const TaskDescription& description, const std::string& path, SceneTask& task) {
+    if (description.goal_rest) {
+      for (const std::string& name : *description.goal_rest) {
+        if (objectNamed(name, path + ".goal_rest") < 0) continue;
+        if (name == description.object) report_.add(path + ".goal_rest", "rests on itself");
+        task.goal_rest.push_back(name);
+      }
+      return;
+    }
+    const std::string& frame = description.goal.frame;
+    if (scene().findObject(frame) >= 0) task.goal_rest.push_back(frame);
+  }
+
+  const CellDescription& cell_;
+  const ModelCache& models_;
+  const std::filesystem::path& root_;
+  const std::map<std::string, KnownShapes>& known_;
+  YamlReport& report_;
+  ResolvedCell out_;
+  std::vector<std::vector<Pose>> X_WL_;  ///< per robot, per link
+  std::vector<State> states_;            ///< per object
+};
+
+}  // namespace
+
+ResolvedCell resolveCell(const CellDescription& cell, const ModelCache& models,
+                         const std::filesystem::path& root,
+                         const std::map<std::string, KnownShapes>& known, YamlReport& report) {
+  return SceneResolver(cell, models, root, known, report).resolve();
+}
+
+}  // namespace handover

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// A cell's description with every name looked up and every pose brought into the world.
+#pragma once
+
+#include "settings/cell_description.hpp"
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace handover {
+
+/// Shapes made before, with the geometry that they come from.
+struct KnownShapes {
+  Geometry geometry;
+  std::vector<Shape> shapes;
+};
+
+struct ResolvedCell {
+  Scene scene;
+  std::vector<SceneTask> tasks;
+};
+
+/// `models` by name, as loaded with the cell; `known` shapes by object name spare reading meshes
+/// again. Faults go to `report` by path; the result is usable only if there were none.
+ResolvedCell resolveCell(const CellDescription& cell, const ModelCache& models,
+                         const std::filesystem::path& root,
+                         const std::map<std::string, KnownShapes>& known, YamlReport& report);
+
+}  // namespace handover

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "settings/settings_file.hpp"
+
+#include "settings/yaml_reader.hpp"
+
+namespace handover {
+
+DaemonSettings readDaemonSettings(const std::filesystem::path& file) {
+  const std::string shown_file = file.string();
+  YamlReport report;
+  DaemonSettings settings;
+  auto map = YamlValue(parseYaml(readSettingsText(file), shown_file), "", report).map();
+  if (!map) throw FileError(report.inFile(shown_file));
+  if (const YamlValue* version = map->require("version")) version->integer(1, 1);
+  if (const YamlValue* cells = map->find("cells")) {
+    settings.cells = cells->texts().value_or(settings.cells);
+  }
+  if (const YamlValue* domain = map->find("domain")) {
+    settings.domain = domain->integer(0, 232).value_or(0);
+  }
+  if (const YamlValue* threads = map->find("threads")) {
+    settings.threads = threads->integer(1, 64).value_or(1);
+  }
+  const YamlValue* transport = map->find("transport");
+  if (transport != nullptr) {
+    settings.transport = transport->oneOf({"loopback", "lan", "discovery_server", "profile"})
+                             .value_or(settings.transport);
+  }
+  if (const YamlValue* servers = map->find("discovery_servers")) {
+    settings.discovery_servers = servers->texts().value_or(settings.discovery_servers);
+  }
+  if (const YamlValue* profile = map->find("profile"); profile != nullptr && !profile->isEmpty()) {
+    settings.profile = profile->text().value_or("");
+  }
+  if (const YamlValue* cache = map->find("cache"); cache != nullptr && !cache->isEmpty()) {
+    settings.cache = cache->text().value_or("");
+  }
+  if (const YamlValue* level = map->find("log_level")) {
+    settings.log_level = level->oneOf({"trace", "debug", "info", "warn", "error", "off"})
+                             .value_or(settings.log_level);
+  }
+  map->finish();
+  if (settings.transport == "discovery_server" && settings.discovery_servers.empty()) {
+    report.add("transport", "discovery_server needs discovery_servers: [host:port]");
+  }
+  if (settings.transport == "profile" && settings.profile.empty()) {
+    report.add("transport", "profile needs profile: FILE");
+  }
+  if (!report.clean()) throw FileError(report.inFile(shown_file));
+  return settings;
+}
+
+}  // namespace handover

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// config/handoverd.yaml -> the daemon's settings.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace handover {
+
+struct DaemonSettings {
+  std::vector<std::string> cells;              ///< names in config/cells, or files
+  int domain = 0;                              ///< 0 to 232
+  int threads = 1;                             ///< workers, 1 to 64
+  std::string transport = "loopback";          ///< loopback, lan, discovery_server or profile
+  std::vector<std::string> discovery_servers;  ///< host:port, for transport discovery_server
+  std::string profile;                         ///< XML file, for transport profile
+  std::string cache;                           ///< folder; empty: $XDG_CACHE_HOME/handover
+  std::string log_level = "info";              ///< trace, debug, info, warn, error or off
+  bool operator==(const DaemonSettings&) const = default;
+};
+
+/// Absent keys keep their defaults. @throws FileError with every fault and its line.
+DaemonSettings readDaemonSettings(const std::filesystem::path& file);
+
+}  // namespace handover

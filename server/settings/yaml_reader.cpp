@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "settings/yaml_reader.hpp"
+
+#include "core/model/number.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+namespace handover {
+namespace {
+
+constexpr std::uintmax_t kMaxBytes = 4u << 20;
+
+std::string shown(double value) {
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text << value;
+  return text.str();
+}
+
+std::string shown(const YAML::Node& node) {
+  if (node.IsScalar()) return "'" + node.Scalar() + "'";
+  if (node.IsSequence()) return "a list";
+  return node.IsMap() ? "a map" : "nothing";
+}
+
+bool isNameCharacter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+         c == '-';
+}
+
+}  // namespace
+
+void YamlReport::add(const std::string& path, std::string message) {
+  faults_.push_back({path, lineOf(path), std::move(message)});
+}
+
+int YamlReport::lineOf(const std::string& path) const {
+  for (std::string at = path;;) {
+    if (const auto known = lines_.find(at); known != lines_.end()) return known->second;
+    if (at.empty()) return 0;
+    const std::size_t dot = at.rfind('.');
+    at = dot == std::string::npos ? "" : at.substr(0, dot);
+  }
+}
+
+std::vector<FileFault> YamlReport::inFile(const std::string& file) const {
+  std::vector<FileFault> out;
+  for (const YamlFault& fault : faults_) {
+    out.push_back(
+        {file, fault.line, fault.path.empty() ? fault.message : fault.path + ": " + fault.message});
+  }
+  return out;
+}
+
+YamlValue::YamlValue(YAML::Node node, std::string path, YamlReport& report)
+    : node_(std::move(node)), path_(std::move(path)), report_(&report) {
+  if (node_.Mark().line >= 0) report.locate(path_, node_.Mark().line + 1);
+}
+
+std::optional<std::string> YamlValue::text() const {
+  if (node_.IsScalar() && !node_.Scalar().empty()) return node_.Scalar();
+  fault("must be a text, not " + shown(node_));
+  return std::nullopt;
+}
+
+std::optional<std::string> YamlValue::name() const {
+  std::optional<std::string> given = text();
+  if (!given) return given;
+  if (given->size() <= 64 && std::all_of(given->begin(), given->end(), isNameCharacter))
+    return given;
+  fault("'" + *given + "' is not a name: up to 64 letters, digits, '_' and '-'");
+  return std::nullopt;
+}
+
+std::optional<std::string> YamlValue::oneOf(std::initializer_list<const char*> words) const {
+  std::string choice;
+  for (const char* word : words) {
+    if (node_.IsScalar() && node_.Scalar() == word) return node_.Scalar();
+    if (!choice.empty()) choice += ", ";
+    choice += word;
+  }
+  fault("must be one of " + choice + ", not " + shown(node_));
+  return std::nullopt;
+}
+
+std::optional<double> YamlValue::number(NumberRange range) const {
+  const std::optional<double> value =
+      node_.IsScalar() ? parseNumber(node_.Scalar()) : std::optional<double>();
+  if (!value) {
+    fault("must be a finite number, not " + shown(node_));
+    return std::nullopt;
+  }
+  if (*value >= range.low && *value <= range.high) return value;
+  fault("must be within " + shown(range.low) + " and " + shown(range.high) + ", not " +
+        shown(node_));
+  return std::nullopt;
+}
+
+std::optional<int> YamlValue::integer(int low, int high) const {
+  const std::optional<double> value =
+      node_.IsScalar() ? parseNumber(node_.Scalar()) : std::optional<double>();
+  if (value && *value == std::floor(*value) && *value >= low && *value <= high) {
+    return static_cast<int>(*value);
+  }
+  fault("must be a whole number from " + std::to_string(low) + " to " + std::to_string(high) +
+        ", not " + shown(node_));
+  return std::nullopt;
+}
+
+std::optional<std::vector<double>> YamlValue::numbers(NumberRange range) const {
+  const auto entries = list();
+  if (!entries) return std::nullopt;
+  std::vector<double> values;
+  for (const YamlValue& entry : *entries) {
+    if (const auto value = entry.number(range)) values.push_back(*value);
+  }
+  if (values.size() != entries->size()) return std::nullopt;
+  return values;
+}
+
+std::optional<Eigen::Vector3d> YamlValue::vector(NumberRange range) const {
+  if (!node_.IsSequence() || node_.size() != 3) {
+    fault("must be a list of three numbers");
+    return std::nullopt;
+  }
+  const auto values = numbers(range);
+  if (!values) return std::nullopt;
+  return Eigen::Vector3d((*values)[0], (*values)[1], (*values)[2]);
+}
+
+std::optional<std::vector<YamlValue>> YamlValue::list() const {
+  if (!node_.IsSequence()) {
+    fault("must be a list, not " + shown(node_));
+    return std::nullopt;
+  }
+  std::vector<YamlValue> entries;
+  for (std::size_t i = 0; i < node_.size(); ++i) {
+    entries.emplace_back(node_[i], joinedPath(path_, std::to_string(i)), *report_);
+  }
+  return entries;
+}
+
+std::optional<std::vector<std::string>> YamlValue::texts() const {
+  const auto entries = list();
+  if (!entries) return std::nullopt;
+  std::vector<std::string> values;
+  for (const YamlValue& entry : *entries) {
+    if (auto value = entry.text()) values.push_back(std::move(*value));
+  }
+  if (values.size() != entries->size()) return std::nullopt;
+  return values;
+}
+
+std::optional<YamlMap> YamlValue::map() const {
+  if (!node_.IsMap()) {
+    fault("must be a map, not " + shown(node_));
+    return std::nullopt;
+  }
+  std::vector<std::pair<std::string, YamlValue>> entries;
+  std::set<std::string> keys;
+  for (const auto& entry : node_) {
+    if (!entry.first.IsScalar()) {
+      fault("has a key that is not a text");
+      continue;
+    }
+    const std::string& key = entry.first.Scalar();
+    if (!keys.insert(key).second) {
+      fault("has the key '" + key + "' twice");
+      continue;
+    }
+    entries.emplace_back(key, YamlValue(entry.second, joinedPath(path_, key), *report_));
+  }
+  return YamlMap(std::move(entries), path_, *report_);
+}
+
+std::string YamlValue::flowText() const {
+  YAML::Emitter out;
+  out.SetMapFormat(YAML::Flow);
+  out.SetSeqFormat(YAML::Flow);
+  out << node_;
+  return out.c_str();
+}
+
+YamlMap::YamlMap(std::vector<std::pair<std::string, YamlValue>> entries, std::string path,
+                 YamlReport& report)
+    : entries_(std::move(entries)),
+      asked_(entries_.size(), false),
+      path_(std::move(path)),
+      report_(&report) {}
+
+const std::vector<std::pair<std::string, YamlValue>>& YamlMap::all() {
+  asked_.assign(entries_.size(), true);
+  return entries_;
+}
+
+const YamlValue* YamlMap::find(const std::string& key) {
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    if (entries_[i].first != key) continue;
+    asked_[i] = true;
+    return &entries_[i].second;
+  }
+  return nullptr;
+}
+
+const YamlValue* YamlMap::require(const std::string& key) {
+  const YamlValue* value = find(key);
+  if (value == nullptr) report_->add(path_, "has no '" + key + "'");
+  return value;
+}
+
+void YamlMap::finish() {
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    if (!asked_[i]) report_->add(entries_[i].second.path(), "unknown key");
+  }
+}
+
+std::string joinedPath(const std::string& parent, const std::string& key) {
+  return parent.empty() ? key : parent + "." + key;
+}
+
+std::string readSettingsText(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) {
+    throw FileError({{file.string(), 0, "no such file"}});
+  }
+  const std::uintmax_t bytes = std::filesystem::file_size(file, error);
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  if (!error && bytes > kMaxBytes) throw FileError({{file.string(), 0, "is larger than 4 MiB"}});
+  if (bytes > 0) text << stream.rdbuf();
+  if (error || !stream || !text) throw FileError({{file.string(), 0, "cannot be read"}});
+  return text.str();
+}
+
+YAML::Node parseYaml(const std::string& text, const std::string& shown_file) {
+  try {
+    return YAML::Load(text);
+  } catch (const YAML::Exception& error) {
+    throw FileError({{shown_file, error.mark.line + 1, "is not well-formed YAML: " + error.msg}});
+  }
+}
+
+}  // namespace handover
