@@ -56,9 +56,10 @@ std::vector<FileFault> YamlReport::inFile(const std::string& file) const {
   return out;
 }
 
-YamlValue::YamlValue(YAML::Node node, std::string path, YamlReport& report)
+YamlValue::YamlValue(YAML::Node node, std::string path, YamlReport& report, int line)
     : node_(std::move(node)), path_(std::move(path)), report_(&report) {
-  if (node_.Mark().line >= 0) report.locate(path_, node_.Mark().line + 1);
+  if (line == 0) line = node_.Mark().line + 1;
+  if (line > 0) report.locate(path_, line);
 }
 
 std::optional<std::string> YamlValue::text() const {
@@ -172,7 +173,8 @@ std::optional<YamlMap> YamlValue::map() const {
       fault("has the key '" + key + "' twice");
       continue;
     }
-    entries.emplace_back(key, YamlValue(entry.second, joinedPath(path_, key), *report_));
+    entries.emplace_back(key, YamlValue(entry.second, joinedPath(path_, key), *report_,
+                                        entry.first.Mark().line + 1));
   }
   return YamlMap(std::move(entries), path_, *report_);
 }

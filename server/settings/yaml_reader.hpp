@@ -58,7 +58,8 @@ class YamlMap;
 /// One value with its path.
 class YamlValue {
  public:
-  YamlValue(YAML::Node node, std::string path, YamlReport& report);
+  /// Lies on `line`, where its key stands; 0: where it starts itself.
+  YamlValue(YAML::Node node, std::string path, YamlReport& report, int line = 0);
 
   const std::string& path() const { return path_; }
 

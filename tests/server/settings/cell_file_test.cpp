@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "settings/cell_file.hpp"
+
+#include "tiny_root.hpp"
+
+#include <gmock/gmock.h>
+
+namespace handover {
+namespace {
+
+using handover::testing::kTinyCell;
+using handover::testing::TinyRoot;
+using handover::testing::with;
+using ::testing::ElementsAre;
+
+const std::string kNoRadiusVaried =
+    with(kTinyCell, "  objects.cup.geometry.radius: {choices: [0.03, 0.04]}\n", "");
+
+Cell::Instance instanceOf(const Cell& cell) {
+  return std::get<Cell::Instance>(cell.instantiate({}, 3));
+}
+
+TEST(Cell, ResolvesRobotsObjectsAndTasksIntoTheWorld) {
+  const TinyRoot root;
+  const Cell cell = root.load();
+  EXPECT_EQ(cell.name(), "test");
+  EXPECT_THAT(cell.taskNames(), ElementsAre("serve", "fetch"));
+  const Cell::Instance instance = instanceOf(cell);
+  const Scene& scene = *instance.scene;
+  EXPECT_EQ(scene.cell, "test");
+  EXPECT_EQ(scene.revision, 3u);
+  ASSERT_EQ(scene.robots.size(), 2u);
+  EXPECT_EQ(scene.robots[0].model, scene.robots[1].model);
+  EXPECT_EQ(scene.robots[0].q_start, Eigen::Vector3d(0.5, 0.1, 0));
+  EXPECT_EQ(scene.robots[1].q_start, Eigen::Vector3d::Zero());
+  EXPECT_THAT(scene.robots[0].resting, ElementsAre(::testing::Pair(0, "floor")));
+
+  const SceneObject& cup = scene.objects[3];
+  // 0.1 along the table's x, which a quarter turn makes the world's y.
+  EXPECT_TRUE(cup.X_WO.translation().isApprox(Eigen::Vector3d(1, 1.1, 0.53), 1e-12));
+  EXPECT_EQ(cup.X_WO.linear(), rotationFromRpy(0, 0, 0) * scene.objects[1].X_WO.linear());
+  EXPECT_EQ(cup.X_WO.linear()(0, 0), 0.0);
+  EXPECT_EQ(cup.grasp_counts.at("right").at("hand"), 20);
+  EXPECT_THAT(cup.resting, ElementsAre("table"));
+
+  // The tray, 0.1 before the palm of a robot that looks the other way.
+  const SceneObject& tray = scene.objects[2];
+  ASSERT_TRUE(tray.attached_to);
+  EXPECT_TRUE(tray.X_WO.translation().isApprox(Eigen::Vector3d(1.7, 0, 0.5), 1e-12));
+  EXPECT_THAT(tray.attached_to->touch_links, ElementsAre(2, 3));
+
+  const SceneTask& serve = instance.tasks[0];
+  EXPECT_EQ(serve.X_WO_start.matrix(), cup.X_WO.matrix());
+  EXPECT_TRUE(serve.X_WO_goal.translation().isApprox(Eigen::Vector3d(1.7, 0, 0.535), 1e-12));
+  EXPECT_THAT(serve.goal_rest, ElementsAre("tray"));
+  const SceneTask& fetch = instance.tasks[1];
+  EXPECT_EQ(fetch.X_WO_start.translation(), Eigen::Vector3d(1.5, 0, 0.5));
+  EXPECT_THAT(fetch.goal_rest, ElementsAre("table"));
+  EXPECT_NEAR(fetch.X_WO_goal.translation().z(), 1.5, 1e-12);
+  EXPECT_TRUE((fetch.X_WO_goal.linear() * Eigen::Vector3d::UnitZ())
+                  .isApprox(-Eigen::Vector3d::UnitZ(), 1e-12));
+}
+
+TEST(Cell, SharesModelsAlreadyLoaded) {
+  const TinyRoot root;
+  ModelCache models;
+  const auto file = root.path() / "config/cells/test.yaml";
+  const Cell first = Cell::load(file, root.path(), models);
+  EXPECT_EQ(models.size(), 1u);
+  const Cell second = Cell::load(file, root.path(), models);
+  EXPECT_EQ(instanceOf(first).scene->robots[0].model, instanceOf(second).scene->robots[0].model);
+}
+
+TEST(Cell, KeepsVariations) {
+  const TinyRoot root;
+  const Cell cell = root.load();
+  const std::vector<Variation>& variations = cell.variations();
+  ASSERT_EQ(variations.size(), 3u);
+  EXPECT_EQ(variations[0].path, "robots.right.base.xyz");
+  EXPECT_THAT(variations[0].from, ElementsAre(2, -0.5, 0));
+  EXPECT_THAT(variations[0].to, ElementsAre(2, 0.5, 0));
+  EXPECT_FALSE(variations[0].facing);
+  EXPECT_EQ(variations[1].facing, (std::array<double, 2>{0, 0}));
+  EXPECT_THAT(variations[2].choices, ElementsAre("0.03", "0.04"));
+}
+
+TEST(Cell, ReadsCompoundsAndMeshes) {
+  const TinyRoot root;
+  root.write("meshes/t.obj",
+             "o t\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+  const Cell cell =
+      root.load(with(kNoRadiusVaried, "{type: sphere, radius: 0.03}",
+                     "{type: compound, parts: [{name: ball, pose: {xyz: [0, 0, 1]}, "
+                     "geometry: {type: sphere, radius: 0.03}}, {geometry: {type: mesh, "
+                     "path: meshes/t.obj, scale: [0.1, 0.1, 0.1]}}]}"));
+  const SceneObject& cup = instanceOf(cell).scene->objects[3];
+  ASSERT_EQ(cup.shapes.size(), 2u);
+  EXPECT_EQ(cup.shapes[0].X_BS.translation(), Eigen::Vector3d(0, 0, 1));
+  EXPECT_EQ(std::get<ConvexShape>(cup.shapes[1].geometry).vertices.size(), 4u);
+  const auto& parts = std::get<CompoundGeometry>(cup.geometry).parts;
+  EXPECT_EQ(std::get<MeshGeometry>(parts[1].geometry).path, "meshes/t.obj");
+}
+
+struct BadCell {
+  const char* name;
+  const char* from;  ///< in kTinyCell
+  const char* to;
+  const char* message;  ///< "line: message", the only fault
+};
+
+std::ostream& operator<<(std::ostream& out, const BadCell& bad) { return out << bad.name; }
+
+class CellFault : public ::testing::TestWithParam<BadCell> {};
+
+TEST_P(CellFault, IsReportedWithItsLine) {
+  const BadCell& bad = GetParam();
+  EXPECT_THAT(TinyRoot().faultsOf(with(kTinyCell, bad.from, bad.to)), ElementsAre(bad.message));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, CellFault,
+    ::testing::Values(
+        BadCell{"version", "version: 1", "version: 2",
+                "1: version: must be a whole number from 1 to 1, not '2'"},
+        BadCell{"no_version", "version: 1\n", "", "1: has no 'version'"},
+        BadCell{"top_key", "name: test", "name: test\ncolour: red", "3: colour: unknown key"},
+        BadCell{"robot_key", "posture: home", "postur: home", "7: robots.left.postur: unknown key"},
+        BadCell{"twice", "posture: home", "model: tiny",
+                "4: robots.left: has the key 'model' twice"},
+        BadCell{"no_model", "    model: tiny\n    base: {xyz: [0, 0, 0]}",
+                "    base: {xyz: [0, 0, 0]}", "4: robots.left: has no 'model'"},
+        BadCell{"bad_name", "  right:\n", "  'r d':\n",
+                "10: robots.r d: 'r d' is not a name: up to 64 letters, digits, '_' and '-'"},
+        BadCell{"base_frame", "base: {xyz: [0, 0, 0]}", "base: {frame: world, xyz: [0, 0, 0]}",
+                "6: robots.left.base.frame: unknown key"},
+        BadCell{"two_numbers", "xyz: [0, 0, 0]", "xyz: [0, 0]",
+                "6: robots.left.base.xyz: must be a list of three numbers"},
+        BadCell{"nan", "xyz: [0, 0, 0]", "xyz: [0, .nan, 0]",
+                "6: robots.left.base.xyz.1: must be a finite number, not '.nan'"},
+        BadCell{"far", "xyz: [0, 0, 0]", "xyz: [0, 5000, 0]",
+                "6: robots.left.base.xyz.1: must be within -1000 and 1000, not '5000'"},
+        BadCell{"text_number", "radius: 0.03", "radius: big",
+                "23: objects.cup.geometry.radius: must be a finite number, not 'big'"},
+        BadCell{"negative", "radius: 0.03", "radius: -0.03",
+                "23: objects.cup.geometry.radius: must be within 1e-06 and 1000, not '-0.03'"},
+        BadCell{"geometry_type", "type: sphere", "type: ball",
+                "23: objects.cup.geometry.type: must be one of box, sphere, cylinder, mesh, "
+                "compound, not "
+                "'ball'"},
+        BadCell{"mesh_missing", "{type: sphere, radius: 0.03}", "{type: mesh, path: ../x.obj}",
+                "23: objects.cup.geometry.path: must lie inside the root"},
+        BadCell{"rotation_twice", "rpy_deg: [0, 0, 90]",
+                "rpy_deg: [0, 0, 90], quat_wxyz: [1, 0, 0, 0]",
+                "17: objects.table.pose: has both rpy_deg and quat_wxyz"},
+        BadCell{"quaternion", "quat_wxyz: [0, 1, 0, 0]", "quat_wxyz: [0, 1.1, 0, 0]",
+                "38: tasks.fetch.goal.quat_wxyz: must have length 1"},
+        BadCell{"posture", "posture: home", "posture: sleep",
+                "7: robots.left.posture: 'sleep' is no group state of robot 'tiny'"},
+        BadCell{"joint", "reach: 0.1", "jump: 0.1",
+                "8: robots.left.joints.jump: no such joint in robot 'tiny'"},
+        BadCell{"joint_limit", "reach: 0.1", "reach: 0.6",
+                "8: robots.left.joints.reach: is outside the joint's limits, 0.000000 to 0.500000"},
+        BadCell{"resting_link", "[[base, floor]]", "[[basis, floor]]",
+                "9: robots.left.resting: link 'basis' is not in robot 'tiny'"},
+        BadCell{"resting_pair", "[[base, floor]]", "[[base]]",
+                "9: robots.left.resting.0: must be [link, object]"},
+        BadCell{"resting_object", "resting: [table]", "resting: [desk]",
+                "25: objects.cup.resting: no object 'desk' in this cell"},
+        BadCell{"no_pose", "    pose: {frame: table, xyz: [0.1, 0, 0.28]}\n", "",
+                "22: objects.cup: has neither pose nor attached_to"},
+        BadCell{"frame", "frame: table", "frame: desk",
+                "24: objects.cup.pose.frame: 'desk' is neither world, an object, a robot nor "
+                "robot/link"},
+        BadCell{"frame_circle", "pose: {xyz: [1, 1, 0.25], rpy_deg: [0, 0, 90]}",
+                "pose: {frame: cup}",
+                "17: objects.table.pose.frame: the frames of these objects run in a circle"},
+        BadCell{"attached_link", "link: palm, pose", "link: hand, pose",
+                "21: objects.tray.attached_to.link: link 'hand' is not in robot 'tiny'"},
+        BadCell{"attached_robot", "robot: right, link", "robot: nobody, link",
+                "21: objects.tray.attached_to.robot: no robot 'nobody' in this cell"},
+        BadCell{"grasp_hand", "right: {hand: 20}", "right: {foot: 20}",
+                "26: objects.cup.grasps.right.foot: robot 'right' has no such hand"},
+        BadCell{
+            "grasp_count", "right: {hand: 20}", "right: {hand: 0}",
+            "26: objects.cup.grasps.right.hand: must be a whole number from 1 to 100000, not '0'"},
+        BadCell{"task_object", "object: cup", "object: mug",
+                "29: tasks.serve.object: no object 'mug' in this cell"},
+        BadCell{"task_giver", "giver: left", "giver: nobody",
+                "30: tasks.serve.giver: no robot 'nobody' in this cell"},
+        BadCell{"task_self", "receiver: right", "receiver: left",
+                "31: tasks.serve.receiver: is the giver too"},
+        BadCell{"task_no_goal", "    goal: {frame: tray, xyz: [0, 0, 0.035]}\n", "",
+                "28: tasks.serve: has no 'goal'"},
+        BadCell{"task_own_frame", "goal: {frame: tray", "goal: {frame: cup",
+                "32: tasks.serve.goal.frame: is the task's own object"},
+        BadCell{"goal_rest", "goal_rest: [table]", "goal_rest: [cup]",
+                "39: tasks.fetch.goal_rest: rests on itself"},
+        BadCell{"vary_path", "robots.right.base.xyz: {range", "robots.rigth.base.xyz: {range",
+                "41: vary.robots.rigth.base.xyz: unknown path: no 'rigth' in robots"},
+        BadCell{"vary_value", "choices: [0.03, 0.04]", "choices: [0.03, -1]",
+                "43: vary.objects.cup.geometry.radius: must be within 1e-06 and 1000, not '-1'"},
+        BadCell{"vary_order", "[2, 0.5, 0]]", "[2, -1, 0]]",
+                "41: vary.robots.right.base.xyz.range: ends before it starts"},
+        BadCell{"vary_both", "{choices: [0.03, 0.04]}", "{}",
+                "43: vary.objects.cup.geometry.radius: must have either range or choices"}),
+    [](const auto& bad) { return std::string(bad.param.name); });
+
+TEST(Cell, ListsEveryFault) {
+  const TinyRoot root;
+  std::string text = with(kTinyCell, "posture: home", "postur: home");
+  text = with(text, "radius: 0.03", "radius: x");
+  text = with(text, "object: cup", "objekt: cup");
+  EXPECT_THAT(
+      root.faultsOf(text),
+      ElementsAre("7: robots.left.postur: unknown key",
+                  "23: objects.cup.geometry.radius: must be a finite number, not 'x'",
+                  "28: tasks.serve: has no 'object'", "29: tasks.serve.objekt: unknown key"));
+}
+
+TEST(Cell, ReportsYamlSyntaxByLine) {
+  const auto faults = TinyRoot().faultsOf("version: 1\nname: [\n");
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_THAT(faults[0], ::testing::MatchesRegex("[23]: is not well-formed YAML: .*"));
+  EXPECT_THAT(TinyRoot().faultsOf("[]"), ElementsAre("1: must be a map, not a list"));
+}
+
+TEST(Cell, ReportsAModelThatIsNotThere) {
+  const auto faults = TinyRoot().faultsOf(
+      with(kTinyCell, "model: tiny\n    base: {xyz: [2", "model: tin\n    base: {xyz: [2"));
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_THAT(faults[0], ::testing::StartsWith("11: robots.right.model: no model 'tin': "));
+}
+
+TEST(Cell, ReportsFaultsOfItsRobots) {
+  const TinyRoot root;
+  root.write("robots/tiny/tiny.urdf", with(handover::testing::kTinyUrdf, "0 0 1", "0 0 0"));
+  try {
+    root.load();
+    FAIL();
+  } catch (const FileError& error) {
+    ASSERT_EQ(error.faults().size(), 1u);
+    EXPECT_THAT(error.faults()[0].text(),
+                ::testing::EndsWith("tiny.urdf:4: <joint> 'swing': axis is zero"));
+  }
+}
+
+}  // namespace
+}  // namespace handover

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tiny_root.hpp"
+
+#include <gmock/gmock.h>
+
+namespace handover {
+namespace {
+
+using handover::testing::kTinyYaml;
+using handover::testing::TinyRoot;
+using handover::testing::with;
+using ::testing::ElementsAre;
+
+RobotSettings read(const TinyRoot& root, const std::string& text) {
+  return readRobotSettings(root.write("robots/tiny/tiny.yaml", text), root.path());
+}
+
+std::vector<std::string> faultsOf(const std::string& text) {
+  const TinyRoot root;
+  std::vector<std::string> shown;
+  try {
+    loadRobot(read(root, text));
+  } catch (const FileError& error) {
+    for (const FileFault& fault : error.faults()) {
+      EXPECT_THAT(fault.file, ::testing::EndsWith("tiny.yaml"));
+      shown.push_back(std::to_string(fault.line) + ": " + fault.message);
+    }
+  }
+  return shown;
+}
+
+TEST(RobotSettings, AreReadWithPathsBelowTheRoot) {
+  const TinyRoot root;
+  const RobotSettings settings = read(root, kTinyYaml);
+  EXPECT_EQ(settings.name, "tiny");
+  EXPECT_EQ(settings.urdf, "robots/tiny/tiny.urdf");
+  EXPECT_EQ(settings.srdf, "robots/tiny/tiny.srdf");
+  ASSERT_EQ(settings.arms.size(), 1u);
+  EXPECT_EQ(settings.arms[0].approach_axis, Eigen::Vector3d::UnitX());
+  EXPECT_FALSE(settings.arms[0].p_AShoulder);
+  EXPECT_EQ(settings.hands[0].closed.at("bend"), 1.0);
+  const RobotModel model = loadRobot(settings);
+  EXPECT_EQ(model.urdf_path, "robots/tiny/tiny.urdf");
+  EXPECT_EQ(model.arms[0].dofs.size(), 2u);
+}
+
+TEST(RobotSettings, FaultsAreReportedWithTheirLines) {
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "version: 1", "version: one")),
+              ElementsAre("1: version: must be a whole number from 1 to 1, not 'one'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "urdf: tiny.urdf\n", "")), ElementsAre("1: has no 'urdf'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "group: arm, ", "grop: arm, ")),
+              ElementsAre("6: arms.arm: has no 'group'", "6: arms.arm.grop: unknown key"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "[1, 0, 0]", "[1, 0, x]")),
+              ElementsAre("6: arms.arm.approach_axis.2: must be a finite number, not 'x'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "acceleration: 0.5", "acceleration: -1")),
+              ElementsAre("6: arms.arm.acceleration: must be within 1e-06 and 1e+06, not '-1'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "[[bend]]", "[bend]")),
+              ElementsAre("10: hands.hand.fingers.0: must be a list, not 'bend'"));
+  EXPECT_THAT(
+      faultsOf(with(kTinyYaml, "tool_link: palm", "tool_link: finger")),
+      ElementsAre("6: arms.arm.tool_link: the joints of group 'arm' are not those between its base "
+                  "and link 'finger'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "closed: {bend: 1}", "closed: {bend: 2}")),
+              ElementsAre("13: hands.hand.closed: joint 'bend' is outside its limits"));
+}
+
+}  // namespace
+}  // namespace handover
