@@ -64,7 +64,7 @@ TEST_P(RobotContacts, NamedStatesAreFree) {
     std::vector<BodyId> bodies(static_cast<std::size_t>(world.scene().bodies()));
     std::iota(bodies.begin(), bodies.end(), 0);
     const PairList pairs = world.makePairs(bodies, BodyPairs(world.scene().bodies()));
-    ASSERT_GT(pairs.pairs.size(), 100u);
+    ASSERT_GT(pairs.pairs().size(), 100u);
     for (const BodyContact& contact : world.contacts(pairs)) {
       ADD_FAILURE() << state << ": " << world.scene().name(contact.a) << " and "
                     << world.scene().name(contact.b) << ", " << contact.depth << " m";
