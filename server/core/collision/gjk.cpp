@@ -191,6 +191,7 @@ GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCo
       result.overlap = true;
       break;
     }
+    result.towards_a_W = v;
     if (result.at_most <= near) break;
     const Vertex added = support(-v);
     result.at_least = std::max(result.at_least, v.dot(added.w) / result.at_most);

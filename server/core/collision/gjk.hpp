@@ -38,6 +38,8 @@ struct GjkResult {
   double at_most = 0;
   bool overlap = false;
   Eigen::Vector3d p_Wa = Eigen::Vector3d::Zero(), p_Wb = Eigen::Vector3d::Zero();
+  /// From b towards a, not a unit vector: the last line looked along.
+  Eigen::Vector3d towards_a_W = Eigen::Vector3d::Zero();
 };
 
 /// Stops as soon as at_least > enough, at_most <= near, or both agree to 1e-8 m.

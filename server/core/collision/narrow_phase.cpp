@@ -143,7 +143,7 @@ double clearance(const NarrowShape::Data& a, const Pose& X_WA, const NarrowShape
 
 // Bullet's EPA asked from several sides: the least of the clearances that its normals really have.
 ShapeDistance coreDepth(const NarrowShape::Data& a, const Pose& X_WA, const NarrowShape::Data& b,
-                        const Pose& X_WB) {
+                        const Pose& X_WB, const Eigen::Vector3d& towards_a_W) {
   const btTransform W_A = toBullet(X_WA), W_B = toBullet(X_WB);
   const btVector3 apart = W_A.getOrigin() - W_B.getOrigin();
   const std::array<btVector3, 4> guesses{apart, btVector3(1, 0, 0), btVector3(0, 1, 0),
@@ -164,11 +164,11 @@ ShapeDistance coreDepth(const NarrowShape::Data& a, const Pose& X_WA, const Narr
     if (!btGjkEpaSolver2::Penetration(a.shape.get(), W_A, b.shape.get(), W_B, guess, epa, false)) {
       continue;
     }
-    const btVector3 normal = epa.witnesses[1] - epa.witnesses[0];
-    consider({normal.x(), normal.y(), normal.z()});
+    // In the frame of A; not the line of the witnesses, which is none when they just touch.
+    consider(X_WA.linear() * Eigen::Vector3d(epa.normal.x(), epa.normal.y(), epa.normal.z()));
   }
+  consider(towards_a_W);
   if (std::isinf(least)) {
-    consider({apart.x(), apart.y(), apart.z()});
     for (int axis = 0; axis < 3; ++axis) {
       consider(Eigen::Vector3d::Unit(axis));
       consider(-Eigen::Vector3d::Unit(axis));
@@ -209,7 +209,7 @@ ShapeDistance shapeDistance(const NarrowShape& a, const Pose& X_WA, const Narrow
   const GjkResult cores = gjk(a.data().core, X_WA, b.data().core, X_WB, infinity, -1);
   ShapeDistance out;
   if (cores.overlap) {
-    out = coreDepth(a.data(), X_WA, b.data(), X_WB);
+    out = coreDepth(a.data(), X_WA, b.data(), X_WB, cores.towards_a_W);
   } else {
     out.distance = cores.at_most;
     out.n_W = (cores.p_Wa - cores.p_Wb).normalized();

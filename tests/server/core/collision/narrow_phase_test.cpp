@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 namespace handover::test {
@@ -41,6 +42,56 @@ NarrowShape tetrahedron() {
   hull.triangles = hullTriangles(hull.vertices);
   shape.geometry = hull;
   return NarrowShape(shape);
+}
+
+// A polytope in world, as the separating axis theorem wants it.
+struct Polytope {
+  std::vector<Eigen::Vector3d> vertices, normals, edges;
+
+  Polytope(const Shape& shape, const Pose& X_WS) {
+    if (const auto* box = std::get_if<BoxShape>(&shape.geometry)) {
+      for (int i = 0; i < 8; ++i) {
+        const Eigen::Vector3d sign((i & 1) * 2 - 1, (i & 2) - 1, (i & 4) / 2 - 1);
+        vertices.push_back(X_WS * Eigen::Vector3d(0.5 * sign.cwiseProduct(box->size)));
+      }
+      for (int axis = 0; axis < 3; ++axis) normals.push_back(X_WS.linear().col(axis));
+      edges = normals;
+      return;
+    }
+    const auto& hull = std::get<ConvexShape>(shape.geometry);
+    for (const Eigen::Vector3d& v : hull.vertices) vertices.push_back(X_WS * v);
+    for (const std::array<int, 3>& t : hull.triangles) {
+      const auto corner = [&](std::size_t i) { return vertices[static_cast<std::size_t>(t[i])]; };
+      edges.push_back(corner(1) - corner(0));
+      edges.push_back(corner(2) - corner(1));
+      edges.push_back(corner(0) - corner(2));
+      normals.push_back((corner(1) - corner(0)).cross(corner(2) - corner(0)));
+    }
+  }
+
+  double reach(const Eigen::Vector3d& direction) const {
+    double most = -std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& v : vertices) most = std::max(most, direction.dot(v));
+    return most;
+  }
+};
+
+// The least overlap over all face normals and pairs of edges; <= 0 when apart.
+double depthBySeparatingAxes(const Shape& shape_a, const Pose& X_WA, const Shape& shape_b,
+                             const Pose& X_WB) {
+  const Polytope a(shape_a, X_WA), b(shape_b, X_WB);
+  double least = std::numeric_limits<double>::infinity();
+  const auto consider = [&](const Eigen::Vector3d& axis) {
+    if (axis.norm() < 1e-12) return;
+    const Eigen::Vector3d n = axis.normalized();
+    least = std::min({least, a.reach(n) + b.reach(-n), b.reach(n) + a.reach(-n)});
+  };
+  for (const Eigen::Vector3d& n : a.normals) consider(n);
+  for (const Eigen::Vector3d& n : b.normals) consider(n);
+  for (const Eigen::Vector3d& e : a.edges) {
+    for (const Eigen::Vector3d& f : b.edges) consider(e.cross(f));
+  }
+  return least;
 }
 
 TEST(NarrowPhase, TouchesWithinTwoMarginsAndNotBeyond) {
@@ -90,6 +141,39 @@ TEST(NarrowPhase, OverlapIsNegativeAlongTheShortestWayOut) {
   const ShapeDistance same = shapeDistance(sphere(0.02), at(0, 0, 0), sphere(0.03), at(0, 0, 0));
   EXPECT_NEAR(same.distance, -0.05, 1e-9);
   EXPECT_NEAR(same.n_W.norm(), 1, 1e-12);
+}
+
+// A cup stands on its tray at a height that is right to the last digit: depth 0, not some other
+// face's.
+TEST(NarrowPhase, ExactTouchHasDepthZeroAndTheFacesNormal) {
+  const NarrowShape plate = box(0.3, 0.2, 0.01), cup = cylinder(0.04, 0.15),
+                    cube = box(0.05, 0.05, 0.05);
+  for (const double x : {0.0, 0.03, -0.1, 0.1}) {
+    const ShapeDistance round = shapeDistance(cup, at(x, 0.01, 0.08), plate, at(0, 0, 0));
+    EXPECT_NEAR(round.distance, 0, 1e-9) << x;
+    EXPECT_NEAR(round.n_W.z(), 1, 1e-4) << x;
+    const ShapeDistance flat = shapeDistance(cube, at(x, 0.01, 0.03), plate, at(0, 0, 0));
+    EXPECT_NEAR(flat.distance, 0, 1e-9) << x;
+    EXPECT_NEAR(flat.n_W.z(), 1, 1e-4) << x;
+  }
+}
+
+TEST(NarrowPhase, DepthsOfPolytopesAreThoseOfTheSeparatingAxes) {
+  RandomShapes random(5);
+  int overlapping = 0;
+  while (overlapping < 1000) {
+    Shape a, b;
+    if (random.uniform(0, 1) < 0.5)
+      a.geometry = random.box();
+    else
+      a.geometry = random.hull();
+    b.geometry = random.hull();
+    const Pose X_WA = random.pose(0.1), X_WB = random.pose(0.1);
+    const double depth = depthBySeparatingAxes(a, X_WA, b, X_WB);
+    if (depth <= 0) continue;
+    ++overlapping;
+    EXPECT_NEAR(shapeDistance(NarrowShape(a), X_WA, NarrowShape(b), X_WB).distance, -depth, 1e-9);
+  }
 }
 
 // The equation in the header: moving `a` by -distance along the normal brings the shapes to touch.
