@@ -22,7 +22,7 @@ struct CylinderCore {
 struct PointCore {};
 
 struct HullCore {
-  std::vector<double> x, y, z;  ///< vertices
+  std::vector<double> x, y, z;  ///< vertices, an even number (the last one twice if need be)
   Eigen::Vector3d middle;       ///< some point inside
 };
 

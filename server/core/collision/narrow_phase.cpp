@@ -106,12 +106,16 @@ struct CoreOf {
   ConvexCore operator()(const ConvexShape& convex) const {
     HullCore hull;
     hull.middle.setZero();
-    for (const Eigen::Vector3d& v : convex.vertices) {
-      hull.middle += v / static_cast<double>(convex.vertices.size());
+    const auto add = [&](const Eigen::Vector3d& v) {
       hull.x.push_back(v.x());
       hull.y.push_back(v.y());
       hull.z.push_back(v.z());
+    };
+    for (const Eigen::Vector3d& v : convex.vertices) {
+      hull.middle += v / static_cast<double>(convex.vertices.size());
+      add(v);
     }
+    if (convex.vertices.size() % 2 != 0) add(convex.vertices.back());
     return hull;
   }
 };
