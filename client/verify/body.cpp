@@ -38,8 +38,9 @@ struct Curved {
 };
 
 struct Parts {
-  Mesh flat;   ///< boxes and meshes
-  Mesh cover;  ///< the same, and triangles around spheres and cylinders
+  Mesh flat;                  ///< boxes and meshes
+  Mesh cover;                 ///< the same, and triangles around spheres and cylinders
+  std::vector<Shell> shells;  ///< of the cover
   std::vector<Curved> curved;
 };
 
@@ -50,6 +51,7 @@ void collect(const PlacedGeometry& placed, const Pose& X_above, const MeshSource
     mesh.transform(X_BS);
     parts.cover.append(mesh);
     if (flat) parts.flat.append(mesh);
+    for (Shell& shell : shellsOf(mesh)) parts.shells.push_back(std::move(shell));
   };
   std::visit(
       [&](const auto& shape) {
@@ -57,7 +59,7 @@ void collect(const PlacedGeometry& placed, const Pose& X_above, const MeshSource
         if constexpr (std::is_same_v<Type, Box>) {
           add(boxMesh(shape.size), true);
         } else if constexpr (std::is_same_v<Type, MeshFile>) {
-          add(meshes(shape), true);
+          for (Mesh& mesh : meshes(shape)) add(std::move(mesh), true);
         } else if constexpr (std::is_same_v<Type, Sphere>) {
           add(sphereMesh(shape.radius), false);
           parts.curved.push_back({std::make_unique<fcl::Sphered>(shape.radius), X_BS});
@@ -140,7 +142,7 @@ Body::Body(const std::vector<PlacedGeometry>& geometry, const MeshSource& meshes
   for (const Eigen::Vector3d& vertex : parts.cover.vertices) {
     radius_ = std::max(radius_, (vertex - box_.center()).norm());
   }
-  shells_ = shellsOf(parts.cover);
+  shells_ = std::move(parts.shells);
   auto data = std::make_unique<Data>();
   data->cover = treeOf(parts.cover);
   data->curved = std::move(parts.curved);

@@ -12,8 +12,8 @@
 
 namespace handover::verify {
 
-/// Reads a mesh that a geometry names.
-using MeshSource = std::function<Mesh(const MeshFile&)>;
+/// Reads the parts of a mesh that a geometry names.
+using MeshSource = std::function<std::vector<Mesh>(const MeshFile&)>;
 
 /// An immutable solid in its own frame. Boxes and meshes are triangles in one tree; spheres and
 /// cylinders are kept as they are, beside triangles that enclose them and decide "apart" first.

@@ -27,11 +27,12 @@ Eigen::Matrix4d toEigen(const aiMatrix4x4& m) {
   return result;
 }
 
-void collect(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& X_above, Mesh& mesh) {
+void collect(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& X_above,
+             std::vector<Mesh>& meshes) {
   const Eigen::Matrix4d X = X_above * toEigen(node.mTransformation);
   for (unsigned m = 0; m < node.mNumMeshes; ++m) {
     const aiMesh& part = *scene.mMeshes[node.mMeshes[m]];
-    const int base = static_cast<int>(mesh.vertices.size());
+    Mesh& mesh = meshes.emplace_back();
     for (unsigned v = 0; v < part.mNumVertices; ++v) {
       const aiVector3D& p = part.mVertices[v];
       mesh.vertices.push_back((X * Eigen::Vector4d(p.x, p.y, p.z, 1)).head<3>());
@@ -39,12 +40,12 @@ void collect(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& X_
     for (unsigned f = 0; f < part.mNumFaces; ++f) {
       const aiFace& face = part.mFaces[f];
       if (face.mNumIndices != 3) continue;  // points and lines bound nothing
-      mesh.triangles.push_back({base + static_cast<int>(face.mIndices[0]),
-                                base + static_cast<int>(face.mIndices[1]),
-                                base + static_cast<int>(face.mIndices[2])});
+      mesh.triangles.push_back({static_cast<int>(face.mIndices[0]),
+                                static_cast<int>(face.mIndices[1]),
+                                static_cast<int>(face.mIndices[2])});
     }
   }
-  for (unsigned c = 0; c < node.mNumChildren; ++c) collect(scene, *node.mChildren[c], X, mesh);
+  for (unsigned c = 0; c < node.mNumChildren; ++c) collect(scene, *node.mChildren[c], X, meshes);
 }
 
 /// Numbers shared by all vertices at (nearly) one place.
@@ -124,7 +125,7 @@ void Mesh::transform(const Pose& X) {
   for (Eigen::Vector3d& vertex : vertices) vertex = X * vertex;
 }
 
-Mesh readMesh(const std::filesystem::path& file, const Eigen::Vector3d& scale) {
+std::vector<Mesh> readMesh(const std::filesystem::path& file, const Eigen::Vector3d& scale) {
   Assimp::Importer importer;
   // A robot's frames are those of the file: no turning to y-up.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
@@ -133,15 +134,19 @@ Mesh readMesh(const std::filesystem::path& file, const Eigen::Vector3d& scale) {
   const aiScene* scene =
       importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);
   if (!scene || !scene->mRootNode) throw Unreadable(file.string(), importer.GetErrorString());
-  Mesh mesh;
-  collect(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity(), mesh);
-  if (mesh.triangles.empty()) throw Unreadable(file.string(), "no triangle in it");
-  if (mesh.triangles.size() > kMaxTriangles) throw Unreadable(file.string(), "too many triangles");
-  for (Eigen::Vector3d& vertex : mesh.vertices) {
-    vertex = vertex.cwiseProduct(scale);
-    if (!vertex.allFinite()) throw Unreadable(file.string(), "vertex not finite");
+  std::vector<Mesh> meshes;
+  collect(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity(), meshes);
+  std::size_t triangles = 0;
+  for (Mesh& mesh : meshes) {
+    triangles += mesh.triangles.size();
+    for (Eigen::Vector3d& vertex : mesh.vertices) {
+      vertex = vertex.cwiseProduct(scale);
+      if (!vertex.allFinite()) throw Unreadable(file.string(), "vertex not finite");
+    }
   }
-  return mesh;
+  if (triangles == 0) throw Unreadable(file.string(), "no triangle in it");
+  if (triangles > kMaxTriangles) throw Unreadable(file.string(), "too many triangles");
+  return meshes;
 }
 
 Mesh boxMesh(const Eigen::Vector3d& size) {

@@ -21,9 +21,10 @@ struct Mesh {
   void transform(const Pose& X);
 };
 
-/// Every triangle of the file, node transforms and units honoured, axes as in the file.
+/// Every triangle of the file, one mesh for each of its parts (parts may share corners and still be
+/// solids of their own), node transforms and units honoured, axes as in the file.
 /// @throws Unreadable when it is no mesh or has no triangle.
-Mesh readMesh(const std::filesystem::path& file, const Eigen::Vector3d& scale);
+std::vector<Mesh> readMesh(const std::filesystem::path& file, const Eigen::Vector3d& scale);
 
 Mesh boxMesh(const Eigen::Vector3d& size);
 /// Around the true shape, never inside it: off by 0.06 % of the radius.

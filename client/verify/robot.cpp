@@ -381,12 +381,19 @@ Arm Robot::arm(std::string_view tool_link) const {
     const std::vector<int> below = subtree(link);
     return std::any_of(below.begin(), below.end(), [&](int l) { return group(l) != group(link); });
   };
-  // Up from the tool within its rigid group until fingers hang below.
-  arm.palm_link = arm.tool_link;
-  while (!fingersBelow(arm.palm_link) && arm.palm_link != group(arm.tool_link)) {
-    const int above = links[static_cast<std::size_t>(arm.palm_link)].parent_joint;
-    arm.palm_link = joints[static_cast<std::size_t>(above)].parent;
-  }
+  const auto solid = [&](int link) {
+    return !links[static_cast<std::size_t>(link)].collision.empty();
+  };
+  // Up within the tool's rigid group to the first link that is `wanted`, else to its topmost.
+  const auto climb = [&](int link, const auto& wanted) {
+    while (!wanted(link) && link != group(arm.tool_link)) {
+      const int above = links[static_cast<std::size_t>(link)].parent_joint;
+      link = joints[static_cast<std::size_t>(above)].parent;
+    }
+    return link;
+  };
+  arm.palm_link = climb(arm.tool_link, fingersBelow);
+  if (const int body = climb(arm.palm_link, solid); solid(body)) arm.palm_link = body;
   arm.hand_links = subtree(arm.palm_link);
   for (const int link : arm.hand_links) {
     if (group(link) != group(arm.palm_link)) arm.finger_links.push_back(link);

@@ -52,7 +52,7 @@ fs::path resolveUrdfMesh(const std::string& name, const fs::path& urdf, const fs
 /// Meshes by file and scale: hands share their finger's.
 class MeshStore {
  public:
-  Mesh get(const fs::path& file, const Eigen::Vector3d& scale) {
+  std::vector<Mesh> get(const fs::path& file, const Eigen::Vector3d& scale) {
     const Key key{file.string(), {scale.x(), scale.y(), scale.z()}};
     const auto found = meshes_.find(key);
     if (found != meshes_.end()) return found->second;
@@ -63,7 +63,7 @@ class MeshStore {
 
  private:
   using Key = std::pair<std::string, std::array<double, 3>>;
-  std::map<Key, Mesh> meshes_;
+  std::map<Key, std::vector<Mesh>> meshes_;
 };
 
 std::string robotPointer(std::size_t robot) { return "/plan/robots/" + std::to_string(robot); }

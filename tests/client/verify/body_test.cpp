@@ -9,7 +9,7 @@ namespace handover::verify {
 namespace {
 
 Body make(const Geometry& geometry) {
-  return Body({{Pose::Identity(), geometry}}, [](const MeshFile&) { return Mesh{}; });
+  return Body({{Pose::Identity(), geometry}}, [](const MeshFile&) { return std::vector<Mesh>(); });
 }
 
 Pose at(double x, double y, double z) {

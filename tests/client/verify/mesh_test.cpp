@@ -29,6 +29,13 @@ class MeshFileTest : public testing::Test {
     return folder_ / name;
   }
 
+  /// All parts of the file in one.
+  static Mesh readWhole(const fs::path& file, const Eigen::Vector3d& scale) {
+    Mesh whole;
+    for (const Mesh& part : readMesh(file, scale)) whole.append(part);
+    return whole;
+  }
+
   static Eigen::AlignedBox3d boxOf(const Mesh& mesh) {
     Eigen::AlignedBox3d box;
     for (const auto& vertex : mesh.vertices) box.extend(vertex);
@@ -42,13 +49,13 @@ constexpr const char* kTetrahedron =
     "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
 
 TEST_F(MeshFileTest, ReadsObjAndScales) {
-  const Mesh mesh = readMesh(write("a.obj", kTetrahedron), {2, 1, 1});
+  const Mesh mesh = readWhole(write("a.obj", kTetrahedron), {2, 1, 1});
   EXPECT_EQ(mesh.triangles.size(), 4u);
   EXPECT_TRUE(boxOf(mesh).max().isApprox(Eigen::Vector3d(2, 2, 3)));
 }
 
 TEST_F(MeshFileTest, MirroredMeshesStaySolid) {
-  const Mesh mesh = readMesh(write("a.obj", kTetrahedron), {1, -1, 1});
+  const Mesh mesh = readWhole(write("a.obj", kTetrahedron), {1, -1, 1});
   const auto shells = shellsOf(mesh);
   ASSERT_EQ(shells.size(), 1u);
   EXPECT_TRUE(shells[0].closed);
@@ -59,19 +66,32 @@ TEST_F(MeshFileTest, MirroredMeshesStaySolid) {
 TEST_F(MeshFileTest, SplitsObjectsOfOneFileIntoShells) {
   std::string text = std::string("o first\n") + kTetrahedron +
                      "o second\nv 10 0 0\nv 11 0 0\nv 10 2 0\nv 10 0 3\nf 5 7 6\nf 5 6 8\n";
-  const auto shells = shellsOf(readMesh(write("a.obj", text), {1, 1, 1}));
+  const auto shells = shellsOf(readWhole(write("a.obj", text), {1, 1, 1}));
   ASSERT_EQ(shells.size(), 2u);
   EXPECT_TRUE(shells[0].closed);
   EXPECT_FALSE(shells[1].closed);  // two faces are missing
   EXPECT_FALSE(shells[1].contains({10.1, 0.2, 0.1}));
 }
 
+TEST_F(MeshFileTest, KeepsPartsThatShareCornersApart) {
+  const std::string text = std::string("o first\n") + kTetrahedron +
+                           "o second\nv 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 -3\nf 5 6 7\nf 5 8 6\nf 6 8 "
+                           "7\nf 7 8 5\n";
+  const auto parts = readMesh(write("a.obj", text), {1, 1, 1});
+  ASSERT_EQ(parts.size(), 2u);
+  for (const Mesh& part : parts) {
+    const auto shells = shellsOf(part);
+    ASSERT_EQ(shells.size(), 1u);
+    EXPECT_TRUE(shells[0].closed);
+  }
+}
+
 TEST_F(MeshFileTest, ReadsTextStl) {
   const Mesh mesh =
-      readMesh(write("a.stl",
-                     "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 "
-                     "0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n"),
-               {1, 1, 1});
+      readWhole(write("a.stl",
+                      "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 "
+                      "0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n"),
+                {1, 1, 1});
   EXPECT_EQ(mesh.triangles.size(), 1u);
 }
 
@@ -88,7 +108,7 @@ TEST_F(MeshFileTest, HonoursUnitsAndNodesOfColladaButNotItsUpAxis) {
  <library_visual_scenes><visual_scene id="s"><node id="n"><matrix>2 0 0 0  0 2 0 0  0 0 2 300  0 0 0 1</matrix><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
  <scene><instance_visual_scene url="#s"/></scene>
 </COLLADA>)";
-  const Eigen::AlignedBox3d box = boxOf(readMesh(write("a.dae", text), {1, 1, 1}));
+  const Eigen::AlignedBox3d box = boxOf(readWhole(write("a.dae", text), {1, 1, 1}));
   EXPECT_TRUE(box.min().isApprox(Eigen::Vector3d(0, 0, 3), 1e-6)) << box.min().transpose();
   EXPECT_TRUE(box.max().isApprox(Eigen::Vector3d(2, 0, 5), 1e-6)) << box.max().transpose();
 }
