@@ -9,6 +9,7 @@
 // row allows (the object on its rest while it is lifted) does not turn unlawful because the other
 // robot moves elsewhere.
 #include "verify/checks.hpp"
+#include "verify/unreadable.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -27,6 +28,8 @@ constexpr double kNear = 5e-2;           // [m] where boxes stop being good enou
 constexpr double kReachSlack = 1e-2;     // [m] by which a lever may grow within one step
 constexpr double kFirstMotion = 5e-3;    // [m] of a retreat in which the hand may still touch O
 constexpr double kTimeTolerance = 1e-9;  // [s]
+// A plan of a minute needs some thousands; a hostile file must not take hours.
+constexpr double kMostStates = 3e5;
 
 /// The link that a body moves with; robot -1: it stands.
 struct Mount {
@@ -273,7 +276,10 @@ class CollisionCheck {
     boundTravel(speeds, to - from);
     double travel = 0;
     for (const auto& suffix : suffix_) travel = std::max(travel, suffix.front());
-    const int steps = std::clamp(static_cast<int>(std::ceil(travel / kMostTravel)), 1, 100'000);
+    const double wanted = std::max(1.0, std::ceil(travel / kMostTravel));
+    states_ += wanted;
+    if (states_ > kMostStates) throw Unreadable("/plan/stages", "too much motion to be checked");
+    const int steps = static_cast<int>(wanted);
     for (int k = 0; k < steps; ++k) {
       const double start = from + (to - from) * k / steps;
       const double end = k + 1 == steps ? to : from + (to - from) * (k + 1) / steps;
@@ -350,6 +356,7 @@ class CollisionCheck {
   const Scene& scene_;
   const ContactRules& rules_;
   Report& report_;
+  double states_ = 0;
   std::map<int, double> first_5mm_end_;                     // of the retreats
   std::set<std::pair<int, std::pair<int, int>>> reported_;  // stage, bodies
 
