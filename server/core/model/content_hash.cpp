@@ -3,6 +3,7 @@
 
 #include <xxhash.h>
 
+#include <array>
 #include <bit>
 
 namespace handover {
@@ -32,11 +33,9 @@ struct ShapeAdder {
 }  // namespace
 
 ContentHash& ContentHash::addInteger(std::int64_t value) {
-  // Little end first, whatever the machine.
-  const auto bits = static_cast<std::uint64_t>(value);
-  for (unsigned shift = 0; shift < 64; shift += 8) {
-    bytes_.push_back(static_cast<char>((bits >> shift) & 0xFFu));
-  }
+  static_assert(std::endian::native == std::endian::little, "hashes are the same on all machines");
+  const auto bytes = std::bit_cast<std::array<char, sizeof(value)>>(value);
+  bytes_.append(bytes.data(), bytes.size());
   return *this;
 }
 
