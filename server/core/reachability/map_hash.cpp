@@ -70,6 +70,19 @@ bool contains(const std::vector<int>& list, int value) {
   return std::find(list.begin(), list.end(), value) != list.end();
 }
 
+/// Where a joint stands while the arm is sampled: the arm's own fingers open, all else as in
+/// q_torso.
+double standingPosition(const RobotModel& model, const Arm& arm, const Joint& joint,
+                        const RobotVector& q_torso) {
+  double position = q_torso[joint.dof];
+  if (arm.hand >= 0) {
+    const Hand& hand = model.hands.at(static_cast<std::size_t>(arm.hand));
+    const auto at = std::find(hand.dofs.begin(), hand.dofs.end(), joint.dof);
+    if (at != hand.dofs.end()) position = hand.open[at - hand.dofs.begin()];
+  }
+  return joint.mimic ? joint.mimic_multiplier * position + joint.mimic_offset : position;
+}
+
 /// The links that are this arm, carry it or stand still beside it: all but the other arms'.
 std::vector<bool> linksThatCount(const RobotModel& model, const Arm& arm) {
   std::vector<bool> counts(model.links.size(), true);
@@ -116,9 +129,7 @@ std::uint64_t ReachabilityMap::hash(const RobotModel& model, int arm_index,
       hasher.add(joint.lower);
       hasher.add(joint.upper);
     } else {
-      // Stands still at its place while the arm is sampled.
-      hasher.add(joint.mimic ? joint.mimic_multiplier * q_torso[joint.dof] + joint.mimic_offset
-                             : q_torso[joint.dof]);
+      hasher.add(standingPosition(model, arm, joint, q_torso));
     }
   }
   for (std::size_t link = 0; link < model.links.size(); ++link) {

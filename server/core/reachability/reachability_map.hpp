@@ -21,8 +21,8 @@ struct ReachabilityParams {
   std::uint64_t seed = 1;
 };
 
-/// One voxel. Directions: 64 bins of the approach axis in A (see directionBin()), bit set =
-/// reached.
+/// One voxel: [i, i+1) x [j, j+1) x [k, k+1) edges in A. Directions: 64 bins of the approach axis
+/// in A (see directionBin()), bit set = reached.
 struct ReachabilityVoxel {
   float manipulability = 0;  ///< mean over the samples; 0 = not reached
   std::uint32_t samples = 0;
@@ -41,17 +41,26 @@ class ReachabilityMap {
   /// True when the arm at q touches itself or its rigid torso; such samples are left out.
   using SelfCollision = std::function<bool(const ArmVector&)>;
 
-  /// Hash of all that decides a map's content: chain, limits, rigid torso's shapes, parameters.
+  /// Hash of all that decides a map's content: the chain and its limits, the shapes and standing
+  /// joints of the arm, its open hand and everything that no other arm moves (as ArmSelfCollision
+  /// tests them), the parameters. Lengths and angles count to 1e-9.
+  /// @param q_torso  posture of the whole robot; its entries for arms and their hands do not
+  /// matter.
   static std::uint64_t hash(const RobotModel& model, int arm, const RobotVector& q_torso,
                             const ReachabilityParams& params);
 
-  /// Samples and writes a map: to a temporary name, then renamed. kCancelled/kIo on trouble.
+  /// Samples and writes a map: to a temporary name, synced, then renamed; missing folders are made.
+  /// The bytes depend on the arguments alone. Sample n is the same whatever the others do, so a
+  /// self-collision test only takes samples out.
+  /// @return kInvalidInput for a voxel size or sample count without sense, kCancelled, kDeadline or
+  /// kIo; no file is left or changed then.
   static Result<bool> build(const RobotModel& model, int arm, const RobotVector& q_torso,
                             const ReachabilityParams& params, const SelfCollision& self_collision,
                             const std::filesystem::path& file, const Progress& progress,
                             const Deadline& deadline);
 
-  /// Maps a file. kNotFound: no file; kInvalidInput: magic, version, hash or checksum do not fit.
+  /// Maps a file. kNotFound: no file; kInvalidInput: magic, version, hash, checksum or any other
+  /// part does not fit; kIo: it cannot be read.
   static Result<std::shared_ptr<const ReachabilityMap>> open(const std::filesystem::path& file,
                                                              std::uint64_t expected_hash);
   ~ReachabilityMap();

@@ -66,10 +66,9 @@ class RandomConfigurations {
   std::mt19937_64 generator_;
 };
 
-/// Larger of the distance [m] and the angle [rad] between two poses.
+/// Largest difference between two poses' entries: metres and, for small angles, radians.
 inline double poseDistance(const Pose& X, const Pose& Y) {
-  const Eigen::AngleAxisd turn(X.linear().transpose() * Y.linear());
-  return std::max((X.translation() - Y.translation()).norm(), std::abs(turn.angle()));
+  return (X.matrix() - Y.matrix()).cwiseAbs().maxCoeff();
 }
 
 inline ArmVector degrees(std::initializer_list<double> values) {

@@ -45,7 +45,7 @@ TEST_P(Follow, KeepsToStraightLinesWithoutJumps) {
       if (!on) break;
       ASSERT_TRUE(arm_.withinLimits(next, 0));
       ASSERT_LE((next - q).cwiseAbs().maxCoeff(), kMaxStep);
-      ASSERT_LT(poseDistance(arm_.toolPose(next), X_AT), 2e-8);
+      ASSERT_LT(poseDistance(arm_.toolPose(next), X_AT), 2e-9);
       q = next;
     }
     finished += on ? 1 : 0;
@@ -116,7 +116,7 @@ TEST(ArmKinematics, FollowHoldsAJointAtItsLimit) {
   ArmVector next;
   ASSERT_TRUE(arm.follow(X_AT, q, 0.3, next));
   EXPECT_EQ(next[2], q[2]);
-  EXPECT_LT(poseDistance(arm.toolPose(next), X_AT), 2e-8);
+  EXPECT_LT(poseDistance(arm.toolPose(next), X_AT), 2e-9);
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ TEST_P(ClosedForm, SolvesWhatItReachesAndEveryAnswerIsRight) {
     solved += out.empty() ? 0 : 1;
     for (const ArmVector& q : out) {
       ASSERT_TRUE(arm_.withinLimits(q, 0));
-      ASSERT_LT(poseDistance(arm_.toolPose(q), X_AT), 2e-8) << q.transpose();
+      ASSERT_LT(poseDistance(arm_.toolPose(q), X_AT), 2e-9) << q.transpose();
     }
   }
   EXPECT_GE(solved, kPoses * 0.999);
@@ -98,7 +98,7 @@ TEST_P(ClosedForm, AnswersAtSingularConfigurationsAreFiniteAndRight) {
         for (const ArmVector& answer : out) {
           ASSERT_TRUE(answer.allFinite());
           ASSERT_TRUE(arm_.withinLimits(answer, 0));
-          ASSERT_LT(poseDistance(arm_.toolPose(answer), X_AT), 2e-8);
+          ASSERT_LT(poseDistance(arm_.toolPose(answer), X_AT), 2e-9);
         }
       }
     }
@@ -190,7 +190,7 @@ TEST(ArmKinematics, GivesEveryWindingWithinTheLimits) {
     EXPECT_EQ(all.size(), expected);
     for (const ArmVector& q : all) {
       EXPECT_TRUE(arm.withinLimits(q, 0));
-      EXPECT_LT(poseDistance(arm.toolPose(q), X_AT), 2e-8);
+      EXPECT_LT(poseDistance(arm.toolPose(q), X_AT), 2e-9);
     }
   }
 }
@@ -293,7 +293,7 @@ TEST_P(Iterative, SolvesWhatItReachesAndEveryAnswerIsRight) {
     solved += out.empty() ? 0 : 1;
     for (std::size_t i = 0; i < out.size(); ++i) {
       ASSERT_TRUE(arm_.withinLimits(out[i], 0));
-      ASSERT_LT(poseDistance(arm_.toolPose(out[i]), X_AT), 2e-8);
+      ASSERT_LT(poseDistance(arm_.toolPose(out[i]), X_AT), 2e-9);
       for (std::size_t j = 0; j < i; ++j) EXPECT_GT((out[i] - out[j]).norm(), 1e-7);
     }
   }
