@@ -58,34 +58,33 @@ class Restarts {
   std::mt19937_64 generator_{20141118};
 };
 
-bool alreadyFound(const std::vector<ArmVector>& out, std::size_t begin, const ArmVector& q) {
-  return std::any_of(
-      out.begin() + static_cast<std::ptrdiff_t>(begin), out.end(),
-      [&](const ArmVector& other) { return (other - q).cwiseAbs().maxCoeff() < 1e-6; });
+bool alreadyFound(const std::vector<ArmVector>& found, const ArmVector& q) {
+  return std::any_of(found.begin(), found.end(), [&](const ArmVector& other) {
+    return (other - q).cwiseAbs().maxCoeff() < 1e-6;
+  });
 }
 
-IkCounts searchIteratively(const Chain& chain, const Pose& X_AT, const IkQuery& query,
-                           const ArmVector& q_near, std::vector<ArmVector>& out) {
+IkCounts visitIteratively(const Chain& chain, const Pose& X_AT, const IkQuery& query,
+                          const ArmVector& q_near, const ArmKinematics::Take& take) {
   IkCounts counts;
   if (X_AT.translation().norm() > chain.reach() + 1e-9) {
     counts.no_ik = 1;
     return counts;
   }
-  const std::size_t begin = out.size();
   Restarts restarts(chain);
-  std::vector<ArmVector> copies;
+  std::vector<ArmVector> found;
+  const ArmKinematics::Take takeNew = [&](const ArmVector& q) {
+    if (alreadyFound(found, q)) return true;
+    found.push_back(q);
+    ++counts.solutions;
+    return take(q);
+  };
   for (int k = 0; k < query.swivel_samples; ++k) {
     ArmVector q = k == 0 ? q_near.cwiseMax(chain.lower).cwiseMin(chain.upper) : restarts.next();
     if (!kinematics::descend(chain, X_AT, q)) {
       ++counts.no_ik;
-      continue;
-    }
-    copies.clear();
-    kinematics::appendCopies(chain, query, q_near, q, copies);
-    for (const ArmVector& copy : copies) {
-      if (alreadyFound(out, begin, copy)) continue;
-      out.push_back(copy);
-      ++counts.solutions;
+    } else if (!kinematics::takeCopies(chain, query, q_near, q, takeNew).go_on) {
+      break;
     }
   }
   return counts;
@@ -165,6 +164,13 @@ bool ArmKinematics::withinLimits(const ArmVector& q, double tolerance) const {
 
 IkCounts ArmKinematics::solve(const Pose& X_AT, const IkQuery& query,
                               std::vector<ArmVector>& out) const {
+  return visit(X_AT, query, [&](const ArmVector& q) {
+    out.push_back(q);
+    return true;
+  });
+}
+
+IkCounts ArmKinematics::visit(const Pose& X_AT, const IkQuery& query, const Take& take) const {
   if (query.q_near.size() > 0) data_->requireSize(query.q_near);
   const ArmVector& q_near =
       query.q_near.size() > 0 && query.q_near.allFinite() ? query.q_near : data_->middle;
@@ -173,8 +179,8 @@ IkCounts ArmKinematics::solve(const Pose& X_AT, const IkQuery& query,
     counts.no_ik = 1;
     return counts;
   }
-  return data_->srs ? data_->srs->solve(data_->chain, X_AT, query, q_near, out)
-                    : searchIteratively(data_->chain, X_AT, query, q_near, out);
+  return data_->srs ? data_->srs->visit(data_->chain, X_AT, query, q_near, take)
+                    : visitIteratively(data_->chain, X_AT, query, q_near, take);
 }
 
 bool ArmKinematics::follow(const Pose& X_AT, const ArmVector& q_near, double max_step,

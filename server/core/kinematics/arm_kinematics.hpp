@@ -5,6 +5,7 @@
 #include "core/model/robot_model.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -70,6 +71,13 @@ class ArmKinematics {
   /// chains: least squares from q_near and then from swivel_samples - 1 fixed random starts, each
   /// configuration once. A pose that is not finite has no solution.
   IkCounts solve(const Pose& X_AT, const IkQuery& query, std::vector<ArmVector>& out) const;
+
+  /// True to go on.
+  using Take = std::function<bool(const ArmVector&)>;
+  /// The same configurations in the same order, each handed over as soon as it is found; ends early
+  /// when `take` has had enough, and counts what was looked at until then. The first costs about 1
+  /// us.
+  IkCounts visit(const Pose& X_AT, const IkQuery& query, const Take& take) const;
 
   /// The one configuration that continues `q_near` to X_AT (to 1e-9) on the same branch with the
   /// least joint motion, for straight-line segments; false, q untouched, if it needs more than

@@ -194,7 +194,7 @@ int SrsSolver::elbows(double squared_distance, std::array<Elbow, 2>& found) cons
   return count;
 }
 
-/// One call of solve(): what each branch needs, and where its answers go.
+/// One call of visit(): what each branch needs, and where its answers go.
 struct SrsSolver::Call {
   const Chain& chain;
   const Pose& X_AT;
@@ -202,7 +202,7 @@ struct SrsSolver::Call {
   const ArmVector& q_near;
   double slack;
   IkCounts& counts;
-  std::vector<ArmVector>& out;
+  const ArmKinematics::Take& take;
 
   bool legal(int joint, double angle) const {
     return !windings(angle, chain.lower[joint], chain.upper[joint], slack).none();
@@ -213,14 +213,16 @@ struct SrsSolver::Call {
            legal(first_joint + 2, answer.q3);
   }
 
-  void add(ArmVector q) const {
+  /// False when the caller has had enough.
+  bool add(ArmVector q) const {
     if (!polish(chain, X_AT, q)) {
       ++counts.no_ik;
-    } else if (const int added = appendCopies(chain, query, q_near, q, out); added > 0) {
-      counts.solutions += added;
-    } else {
-      ++counts.limits;
+      return true;
     }
+    const CopiesTaken taken = takeCopies(chain, query, q_near, q, take);
+    counts.solutions += static_cast<std::uint32_t>(taken.count);
+    if (taken.count == 0) ++counts.limits;
+    return taken.go_on;
   }
 };
 
@@ -231,7 +233,7 @@ struct SrsSolver::Swivel {
   Vector3d wrist_c, wrist_side;
 };
 
-void SrsSolver::addBranches(const Elbow& elbow, const Swivel& swivel, const Call& call) const {
+bool SrsSolver::visitBranches(const Elbow& elbow, const Swivel& swivel, const Call& call) const {
   const auto shoulderTakes = [&](const Vector3d& v) -> Vector3d {
     return elbow.x.dot(v) * swivel.x + elbow.y.dot(v) * swivel.y + elbow.z.dot(v) * swivel.z;
   };
@@ -257,13 +259,14 @@ void SrsSolver::addBranches(const Elbow& elbow, const Swivel& swivel, const Call
       ArmVector q(7);
       q << shoulders[a].q1, shoulders[a].q2, shoulders[a].q3, elbow.q4, wrists[b].q1, wrists[b].q2,
           wrists[b].q3;
-      call.add(q);
+      if (!call.add(q)) return false;
     }
   }
+  return true;
 }
 
-IkCounts SrsSolver::solve(const Chain& chain, const Pose& X_AT, const IkQuery& query,
-                          const ArmVector& q_near, std::vector<ArmVector>& out) const {
+IkCounts SrsSolver::visit(const Chain& chain, const Pose& X_AT, const IkQuery& query,
+                          const ArmVector& q_near, const ArmKinematics::Take& take) const {
   IkCounts counts;
   const Pose G = X_AT * X_TA_home_;
   const Vector3d S_to_goal = G * W_ - S_;
@@ -275,7 +278,7 @@ IkCounts SrsSolver::solve(const Chain& chain, const Pose& X_AT, const IkQuery& q
     return counts;
   }
   const double slack = mismatch_ < kExact ? kSlack : kRoughSlack;
-  const Call call{chain, X_AT, query, q_near, slack, counts, out};
+  const Call call{chain, X_AT, query, q_near, slack, counts, take};
 
   // At swivel 0 the elbow axis is square to the first axis.
   Swivel swivel;
@@ -297,10 +300,10 @@ IkCounts SrsSolver::solve(const Chain& chain, const Pose& X_AT, const IkQuery& q
     swivel.wrist_c << swivel.x.dot(G_c), swivel.y.dot(G_c), swivel.z.dot(G_c);
     swivel.wrist_side << swivel.x.dot(G_side), swivel.y.dot(G_side), swivel.z.dot(G_side);
     for (int e = 0; e < elbow_count; ++e) {
-      if (call.legal(3, elbow_answers[e].q4)) {
-        addBranches(elbow_answers[e], swivel, call);
-      } else {
+      if (!call.legal(3, elbow_answers[e].q4)) {
         counts.limits += 4;
+      } else if (!visitBranches(elbow_answers[e], swivel, call)) {
+        return counts;
       }
     }
   }

@@ -51,9 +51,9 @@ class SrsSolver {
   /// nullopt when the chain's axes do not lie as the closed form needs.
   static std::optional<SrsSolver> find(const Chain& chain);
 
-  /// As ArmKinematics::solve.
-  IkCounts solve(const Chain& chain, const Pose& X_AT, const IkQuery& query,
-                 const ArmVector& q_near, std::vector<ArmVector>& out) const;
+  /// As ArmKinematics::visit.
+  IkCounts visit(const Chain& chain, const Pose& X_AT, const IkQuery& query,
+                 const ArmVector& q_near, const ArmKinematics::Take& take) const;
 
  private:
   SrsSolver(const ThreeAxes& shoulder, const ThreeAxes& wrist)
@@ -63,7 +63,8 @@ class SrsSolver {
   struct Elbow;
   struct Call;
   struct Swivel;
-  void addBranches(const Elbow& elbow, const Swivel& swivel, const Call& call) const;
+  /// False when the caller has had enough.
+  bool visitBranches(const Elbow& elbow, const Swivel& swivel, const Call& call) const;
   int elbows(double squared_distance, std::array<Elbow, 2>& elbows) const;
 
   ThreeAxes shoulder_, wrist_;

@@ -14,8 +14,8 @@ constexpr double kMostCopies = 64;
 
 }  // namespace
 
-int appendCopies(const Chain& chain, const IkQuery& query, const ArmVector& q_near,
-                 const ArmVector& q, std::vector<ArmVector>& out) {
+CopiesTaken takeCopies(const Chain& chain, const IkQuery& query, const ArmVector& q_near,
+                       const ArmVector& q, const ArmKinematics::Take& take) {
   const int n = chain.dofs();
   std::array<Windings, kMaxJoints> w;
   for (int i = 0; i < n; ++i) {
@@ -25,7 +25,7 @@ int appendCopies(const Chain& chain, const IkQuery& query, const ArmVector& q_ne
     } else {
       w[i] = windings(q[i], chain.lower[i], chain.upper[i], kSlack);
     }
-    if (w[i].none()) return 0;
+    if (w[i].none()) return {};
     const double nearest =
         std::clamp(std::nearbyint((q_near[i] - q[i]) / kTurn), w[i].first, w[i].last);
     if (chain.prismatic(i) || !query.all_windings) {
@@ -36,20 +36,24 @@ int appendCopies(const Chain& chain, const IkQuery& query, const ArmVector& q_ne
     }
   }
 
-  int count = 0;
+  CopiesTaken taken;
   std::array<double, kMaxJoints> turns{};
   for (int i = 0; i < n; ++i) turns[i] = w[i].first;
   for (int joint = n - 1; joint >= 0;) {
     ArmVector copy = q;
     for (int i = 0; i < n; ++i) copy[i] += kTurn * turns[i];
-    out.push_back(copy.cwiseMax(chain.lower).cwiseMin(chain.upper));
-    ++count;
+    copy = copy.cwiseMax(chain.lower).cwiseMin(chain.upper);
+    ++taken.count;
+    if (!take(copy)) {
+      taken.go_on = false;
+      break;
+    }
     for (joint = n - 1; joint >= 0; --joint) {
       if (++turns[joint] <= w[joint].last) break;
       turns[joint] = w[joint].first;
     }
   }
-  return count;
+  return taken;
 }
 
 }  // namespace handover::kinematics

@@ -21,11 +21,15 @@ inline Windings windings(double angle, double lower, double upper, double slack)
   return {std::ceil((lower - slack - angle) / kTurn), std::floor((upper + slack - angle) / kTurn)};
 }
 
-/// Appends the copy of q nearest to q_near, or with query.all_windings every copy, in rising order
-/// with the last joint fastest. Answers lie within the limits to the last bit: what is over by
-/// rounding is cut.
-/// @return how many; 0 when q has no copy within the limits.
-int appendCopies(const Chain& chain, const IkQuery& query, const ArmVector& q_near,
-                 const ArmVector& q, std::vector<ArmVector>& out);
+/// Hands over the copy of q nearest to q_near, or with query.all_windings every copy, in rising
+/// order with the last joint fastest, until `take` has had enough. Answers lie within the limits to
+/// the last bit: what is over by rounding is cut.
+struct CopiesTaken {
+  int count = 0;  ///< 0 when q has no copy within the limits
+  bool go_on = true;
+};
+
+CopiesTaken takeCopies(const Chain& chain, const IkQuery& query, const ArmVector& q_near,
+                       const ArmVector& q, const ArmKinematics::Take& take);
 
 }  // namespace handover::kinematics
