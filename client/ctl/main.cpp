@@ -29,6 +29,12 @@ CLI::Validator numberWhere(std::function<bool(double)> condition, const std::str
       "");
 }
 
+/// CLI11 would take -1 for the largest number.
+std::string checkSeed(const std::string& text) {
+  const bool digits = text.find_first_not_of("0123456789") == std::string::npos;
+  return digits && !text.empty() ? "" : "must be a number from 0 to 18446744073709551615";
+}
+
 std::string checkId(const std::string& text) {
   return RequestId::fromHex(text) ? "" : "must be 32 hex digits";
 }
@@ -67,6 +73,7 @@ void addPlan(CLI::App& app, PlanFlags& flags) {
       ->check(CLI::IsMember({"paper", "wide"}))
       ->capture_default_str();
   app.add_option("--seed", request.seed, "Same scene, request and seed: same plan")
+      ->check(checkSeed)
       ->capture_default_str();
   flags.deadline = app.add_option("--deadline", flags.deadline_s, "Seconds the daemon may take")
                        ->check(numberWhere([](double v) { return v > 0; }, "above 0"));
@@ -123,7 +130,7 @@ int run(int argc, char** argv) {
   auto* scene = app.add_subcommand("scene", "Show or change a live scene");
   auto* experiment = app.add_subcommand("experiment", "Plan many varied requests");
   auto* view = app.add_subcommand("view", "Make a page that shows a plan");
-  for (auto* later : {scene, experiment, view}) later->allow_extras();
+  for (auto* later : {scene, experiment, view}) later->fallthrough(false)->allow_extras();
 
   try {
     app.parse(argc, argv);

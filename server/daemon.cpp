@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon.hpp"
+
+#include "dds/dds_endpoint.hpp"
+#include "runtime/runtime.hpp"
+#include "wire/entities.hpp"
+
+#include <handover/common/log.hpp>
+
+#include <unistd.h>
+
+#include <atomic>
+#include <cstring>
+
+namespace handover {
+
+StopSignals::StopSignals() {
+  sigemptyset(&set_);
+  sigaddset(&set_, SIGINT);
+  sigaddset(&set_, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &set_, nullptr);
+}
+
+int StopSignals::wait() const {
+  int signal = 0;
+  sigwait(&set_, &signal);
+  return signal;
+}
+
+bool runDaemon(PlanService& service, const DaemonOptions& options, const StopSignals& signals) {
+  const auto log = logger("handoverd");
+  wire::routeDdsLog(false);
+  DdsEndpoint endpoint({.domain = options.domain});
+
+  std::atomic<bool> prepare_failed = false;
+  RuntimeSettings settings;
+  settings.threads = options.threads;
+  settings.id = RequestId::random().bytes;
+  settings.version = HANDOVER_VERSION;
+  settings.on_prepare_failed = [&prepare_failed](const std::string&) {
+    prepare_failed = true;
+    kill(getpid(), SIGTERM);  // main waits for a signal, this is one
+  };
+  Runtime runtime(service, endpoint, settings);
+  runtime.start();
+  log->info("serving {} cells in domain {} with {} workers", service.cells().size(), options.domain,
+            options.threads);
+  log->info("stopping: {}", strsignal(signals.wait()));
+  runtime.stop();
+  return !prepare_failed;
+}
+
+}  // namespace handover

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/runtime.hpp"
+
+#include "runtime/memory_endpoint.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <latch>
+
+namespace handover {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// Plans what the test says; `prepare` and `plan` may be held back until released or stopped.
+class FakeService : public PlanService {
+ public:
+  std::vector<CellInfo> cells() const override { return {{"butler", {"serve"}, 5}}; }
+
+  void prepare(const Deadline& deadline) override {
+    if (!prepare_error.empty()) throw std::runtime_error(prepare_error);
+    waitWhile(holding_prepare, deadline);
+  }
+
+  Outcome plan(const PlanRequest& request, StageSink& sink, const Deadline& deadline) override {
+    ++plans;
+    if (request.task == "throw") throw std::runtime_error("broken promise");
+    if (request.task == "nan") sink.emit(Solution{.dexterity = {std::nan(""), 0, 0, 0}});
+    if (request.task == "bad outcome") return Rejected{"no such reason", {}};
+    sink.emit(ArmSelected{"left", "right", {}});
+    waitWhile(holding_plans, deadline);
+    switch (deadline.state()) {
+      case Deadline::State::kCancelled:
+        return Cancelled{};
+      case Deadline::State::kPassed:
+        return Failed{FailureReason::kDeadline, {}};
+      case Deadline::State::kOpen:
+        break;
+    }
+    return Done{0, true};
+  }
+
+  void release() {
+    {
+      const std::lock_guard lock(mutex_);
+      holding_prepare = holding_plans = false;
+    }
+    changed_.notify_all();
+  }
+
+  bool holding_prepare = false, holding_plans = false;
+  std::string prepare_error;
+  std::atomic<int> plans = 0;
+
+ private:
+  /// Planning polls its deadline; so does this.
+  void waitWhile(const bool& holding, const Deadline& deadline) {
+    std::unique_lock lock(mutex_);
+    while (holding && !deadline.over()) changed_.wait_for(lock, 1ms);
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+};
+
+class RuntimeTest : public testing::Test {
+ protected:
+  void start(RuntimeSettings settings = {}) {
+    settings.id = {9};
+    runtime.emplace(service, endpoint, settings);
+    runtime->start();
+  }
+
+  static PlanRequest request(const std::string& task = "serve") {
+    PlanRequest request;
+    request.id = RequestId::random();
+    request.client_id = "test";
+    request.cell = "butler";
+    request.task = task;
+    return request;
+  }
+
+  PlanRequest send(PlanRequest r) {
+    endpoint.send(r);
+    return r;
+  }
+
+  bool waitForStage(const RequestId& id, std::size_t count) {
+    return endpoint.waitFor(id, [&](const auto& s) { return s.size() >= count; }).has_value();
+  }
+
+  FakeService service;
+  MemoryEndpoint endpoint;
+  std::optional<Runtime> runtime;
+};
+
+template <typename T>
+bool is(const std::optional<Outcome>& outcome) {
+  return outcome && std::holds_alternative<T>(*outcome);
+}
+
+TEST_F(RuntimeTest, AnswersWithStagesInSequenceAndOneOutcome) {
+  start();
+  const auto r = send(request());
+  EXPECT_TRUE(is<Done>(endpoint.outcome(r.id)));
+  runtime->stop();
+  const auto stages = endpoint.stages(r.id);
+  ASSERT_EQ(stages.size(), 3u);
+  EXPECT_EQ(std::get<Accepted>(stages[0].payload), (Accepted{0, 5}));
+  EXPECT_TRUE(std::holds_alternative<ArmSelected>(stages[1].payload));
+  for (std::uint32_t i = 0; i < 3; ++i) EXPECT_EQ(stages[i].sequence, i);
+  EXPECT_LE(stages[0].elapsed_s, stages[2].elapsed_s);
+}
+
+TEST_F(RuntimeTest, StagesLeaveWhilePlanningGoesOn) {
+  service.holding_plans = true;
+  start();
+  const auto r = send(request());
+  EXPECT_TRUE(waitForStage(r.id, 2));  // accepted and arm_selected, planning still held
+  EXPECT_FALSE(std::holds_alternative<Outcome>(endpoint.stages(r.id).back().payload));
+  service.release();
+  EXPECT_TRUE(is<Done>(endpoint.outcome(r.id)));
+}
+
+TEST_F(RuntimeTest, AcceptsWhilePreparingAndPlansAfterwards) {
+  service.holding_prepare = true;
+  start();
+  const auto r = send(request());
+  EXPECT_TRUE(waitForStage(r.id, 1));
+  EXPECT_TRUE(endpoint.waitForStatus(
+      [](const DaemonStatus& s) { return s.state == DaemonState::kPreparing && s.queued == 1; }));
+  EXPECT_EQ(service.plans, 0);
+  service.release();
+  EXPECT_TRUE(is<Done>(endpoint.outcome(r.id)));
+  EXPECT_TRUE(endpoint.waitForStatus([](const DaemonStatus& s) {
+    return s.state == DaemonState::kReady && s.queued == 0 && s.counters.done == 1;
+  }));
+}
+
+TEST_F(RuntimeTest, AnswersTheSameIdOnce) {
+  start();
+  const auto r = request();
+  send(r);
+  send(r);
+  EXPECT_TRUE(is<Done>(endpoint.outcome(r.id)));
+  send(r);
+  runtime->stop();
+  EXPECT_EQ(endpoint.stages(r.id).size(), 3u);
+  EXPECT_EQ(service.plans, 1);
+}
+
+TEST_F(RuntimeTest, SaysTheQueuePlaceAndRejectsWhenFull) {
+  service.holding_plans = true;
+  start({.queue_capacity = 2});
+  const auto running = send(request());
+  ASSERT_TRUE(waitForStage(running.id, 2));
+  const auto second = send(request()), third = send(request()), fourth = send(request());
+  EXPECT_EQ(std::get<Accepted>(endpoint.stages(second.id).at(0).payload).queue_place, 1u);
+  EXPECT_EQ(std::get<Accepted>(endpoint.stages(third.id).at(0).payload).queue_place, 2u);
+  const auto stages = endpoint.stages(fourth.id);
+  ASSERT_EQ(stages.size(), 1u);
+  EXPECT_EQ(std::get<Rejected>(std::get<Outcome>(stages[0].payload)).reason, "busy");
+  service.release();
+  for (const auto& r : {running, second, third}) EXPECT_TRUE(is<Done>(endpoint.outcome(r.id)));
+}
+
+TEST_F(RuntimeTest, CancelsQueuedAndRunningRequests) {
+  service.holding_plans = true;
+  start();
+  const auto running = send(request());
+  ASSERT_TRUE(waitForStage(running.id, 2));
+  const auto queued = send(request());
+  endpoint.cancel(queued.id);
+  EXPECT_TRUE(is<Cancelled>(endpoint.outcome(queued.id)));
+  EXPECT_EQ(endpoint.stages(running.id).size(), 2u);
+  endpoint.cancel(running.id);
+  EXPECT_TRUE(is<Cancelled>(endpoint.outcome(running.id)));
+  endpoint.cancel(running.id);
+  endpoint.cancel(RequestId::random());
+  runtime->stop();
+  EXPECT_EQ(endpoint.stages(running.id).size(), 3u);
+  EXPECT_EQ(endpoint.stages(queued.id).size(), 2u);
+}
+
+TEST_F(RuntimeTest, DeadlineCountsInTheQueue) {
+  service.holding_plans = true;
+  start();
+  const auto running = send(request());
+  ASSERT_TRUE(waitForStage(running.id, 2));
+  auto late = request();
+  late.deadline_s = 0.02;
+  send(late);
+  const auto outcome = endpoint.outcome(late.id);
+  ASSERT_TRUE(is<Failed>(outcome));
+  EXPECT_EQ(std::get<Failed>(*outcome).reason, FailureReason::kDeadline);
+  EXPECT_EQ(endpoint.stages(running.id).size(), 2u);  // the worker was never free
+}
+
+TEST_F(RuntimeTest, DeadlineReachesThePlanner) {
+  service.holding_plans = true;
+  start();
+  auto r = request();
+  r.deadline_s = 0.02;
+  send(r);
+  const auto outcome = endpoint.outcome(r.id);
+  ASSERT_TRUE(is<Failed>(outcome));
+  EXPECT_EQ(std::get<Failed>(*outcome).reason, FailureReason::kDeadline);
+}
+
+TEST_F(RuntimeTest, AnAbsurdDeadlineIsNone) {
+  start();
+  auto r = request();
+  r.deadline_s = 1e300;
+  send(r);
+  EXPECT_TRUE(is<Done>(endpoint.outcome(r.id)));
+}
+
+TEST_F(RuntimeTest, RejectsUnknownCellsWhenItsIdIsLowest) {
+  start();
+  endpoint.announceOther({.id = {10}, .cells = {{"stool", {}, 1}}});
+  auto r = request();
+  r.cell = "nowhere";
+  send(r);
+  const auto outcome = endpoint.outcome(r.id);
+  ASSERT_TRUE(is<Rejected>(outcome));
+  EXPECT_EQ(std::get<Rejected>(*outcome).reason, "unknown_cell");
+  EXPECT_EQ(std::get<Rejected>(*outcome).faults.at(0).field, "cell");
+}
+
+TEST_F(RuntimeTest, LeavesUnknownCellsToTheLowestIdAndCellsToThoseThatServeThem) {
+  start();
+  endpoint.announceOther({.id = {10}, .cells = {{"stool", {}, 1}}});
+  auto stool = request();
+  stool.cell = "stool";
+  send(stool);
+  endpoint.announceOther({.id = {1}});
+  auto nowhere = request();
+  nowhere.cell = "nowhere";
+  send(nowhere);
+  const auto ours = send(request());
+  EXPECT_TRUE(is<Done>(endpoint.outcome(ours.id)));
+  EXPECT_TRUE(endpoint.stages(stool.id).empty());
+  EXPECT_TRUE(endpoint.stages(nowhere.id).empty());
+}
+
+TEST_F(RuntimeTest, RejectsInvalidRequestsWithEveryFault) {
+  start();
+  const RequestId id = RequestId::random();
+  const std::vector<Fault> faults{{"a", "x"}, {"b", "y"}};
+  endpoint.sendInvalid(id, "test", faults);
+  const auto outcome = endpoint.outcome(id);
+  ASSERT_TRUE(is<Rejected>(outcome));
+  EXPECT_EQ(std::get<Rejected>(*outcome), (Rejected{"bad_request", faults}));
+}
+
+TEST_F(RuntimeTest, SurvivesExceptionsAndStagesThatMustNotBeSent) {
+  start();
+  for (const char* task : {"throw", "nan", "bad outcome"}) {
+    const auto r = send(request(task));
+    const auto outcome = endpoint.outcome(r.id);
+    ASSERT_TRUE(is<Failed>(outcome)) << task;
+    EXPECT_EQ(std::get<Failed>(*outcome).reason, FailureReason::kInternal) << task;
+  }
+  EXPECT_TRUE(is<Done>(endpoint.outcome(send(request()).id)));
+}
+
+TEST_F(RuntimeTest, StopGivesEveryOpenRequestItsOutcome) {
+  service.holding_plans = true;
+  start();
+  std::vector<RequestId> ids;
+  for (int i = 0; i < 10; ++i) ids.push_back(send(request()).id);
+  ASSERT_TRUE(waitForStage(ids[0], 2));
+  runtime->stop();
+  for (const auto& id : ids) {
+    const auto stages = endpoint.stages(id);
+    ASSERT_FALSE(stages.empty());
+    EXPECT_EQ(std::get<Outcome>(stages.back().payload), Outcome{Cancelled{}});
+    const auto outcomes = std::count_if(stages.begin(), stages.end(), [](const PlanStage& stage) {
+      return std::holds_alternative<Outcome>(stage.payload);
+    });
+    EXPECT_EQ(outcomes, 1);
+  }
+  const auto late = send(request());
+  EXPECT_TRUE(endpoint.stages(late.id).empty());
+}
+
+TEST_F(RuntimeTest, StopEndsPreparation) {
+  service.holding_prepare = true;
+  start();
+  const auto r = send(request());
+  ASSERT_TRUE(waitForStage(r.id, 1));
+  runtime->stop();
+  EXPECT_TRUE(is<Cancelled>(endpoint.outcome(r.id)));
+  EXPECT_EQ(service.plans, 0);
+}
+
+TEST_F(RuntimeTest, AFailedPreparationIsReportedAndFailsRequests) {
+  service.prepare_error = "no space for maps";
+  std::latch told{1};
+  RuntimeSettings settings;
+  settings.on_prepare_failed = [&](const std::string& reason) {
+    EXPECT_EQ(reason, "no space for maps");
+    told.count_down();
+  };
+  start(settings);
+  told.wait();
+  const auto outcome = endpoint.outcome(send(request()).id);
+  ASSERT_TRUE(is<Failed>(outcome));
+  EXPECT_THAT(std::get<Failed>(*outcome).explanation.text, testing::HasSubstr("no space for maps"));
+}
+
+TEST_F(RuntimeTest, ManyRequestsOnManyWorkersAreAnsweredOnceEach) {
+  start({.threads = 4, .queue_capacity = 1000});
+  std::vector<RequestId> ids;
+  for (int i = 0; i < 300; ++i) {
+    ids.push_back(send(request()).id);
+    if (i % 3 == 0) endpoint.cancel(ids.back());
+  }
+  for (const auto& id : ids) ASSERT_TRUE(endpoint.outcome(id).has_value());
+  runtime->stop();
+  for (const auto& id : ids) {
+    const auto stages = endpoint.stages(id);
+    for (std::uint32_t i = 0; i < stages.size(); ++i) {
+      EXPECT_EQ(stages[i].sequence, i);
+      EXPECT_EQ(std::holds_alternative<Outcome>(stages[i].payload), i + 1 == stages.size());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace handover

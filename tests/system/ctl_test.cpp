@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: Apache-2.0
+// handoverctl and handoverd as people run them: exit codes, output, signals.
+#include "process.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <signal.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace handover::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+const std::string kBin = HANDOVER_BINARY_DIR "/bin/";
+const std::string kCtl = kBin + "handoverctl";
+const std::string kScripted = HANDOVER_BINARY_DIR "/tests/scripted_daemon";
+
+std::vector<std::string> words(const std::string& text) {
+  std::istringstream in(text);
+  return {std::istream_iterator<std::string>(in), {}};
+}
+
+std::vector<std::string> operator+(std::vector<std::string> left,
+                                   const std::vector<std::string>& right) {
+  left.insert(left.end(), right.begin(), right.end());
+  return left;
+}
+
+/// All of the text is JSON, a value a line; returns them.
+std::vector<nlohmann::json> jsonLines(const std::string& text) {
+  std::vector<nlohmann::json> all;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) all.push_back(nlohmann::json::parse(line));
+  return all;
+}
+
+std::string textOf(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::stringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "handover-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path = name;
+  }
+
+  ~Folder() { fs::remove_all(path); }
+
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  fs::path path;
+};
+
+class Ctl : public testing::Test {
+ protected:
+  const int domain = freeDomain();
+
+  std::vector<std::string> command(const std::string& arguments) const {
+    return std::vector{kCtl} + words(arguments) + words("--domain " + std::to_string(domain));
+  }
+
+  Finished ctl(const std::string& arguments) const { return run(command(arguments)); }
+};
+
+/// With the scripted daemon.
+class ScriptedCtl : public Ctl {
+ protected:
+  Process daemon{{kScripted, std::to_string(domain)}};
+
+  void SetUp() override { ASSERT_EQ(ctl("status --wait 20").status, 0) << daemon.err(); }
+};
+
+// ---- without a daemon ----
+
+struct Usage {
+  const char* arguments;
+  int status;
+};
+
+class CtlUsage : public testing::TestWithParam<Usage> {};
+
+TEST_P(CtlUsage, HasItsExitCode) {
+  const auto result = run(std::vector{kCtl} + words(GetParam().arguments));
+  EXPECT_EQ(result.status, GetParam().status) << GetParam().arguments << "\n" << result.err;
+  if (GetParam().status == 0) return;
+  EXPECT_FALSE(result.err.empty());
+  EXPECT_TRUE(result.out.empty()) << result.out;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each, CtlUsage,
+    testing::Values(Usage{"", 2}, Usage{"--help", 0}, Usage{"plan --help", 0},
+                    Usage{"--version", 0}, Usage{"plan --version", 0}, Usage{"fly", 2},
+                    Usage{"plan", 2}, Usage{"plan --cell c --nonsense", 2},
+                    Usage{"plan --cell c extra", 2}, Usage{"plan --cell c --mode fastest", 2},
+                    Usage{"plan --cell c --search deep", 2}, Usage{"plan --cell c --seed -1", 2},
+                    Usage{"plan --cell c --seed x", 2}, Usage{"plan --cell c --deadline 0", 2},
+                    Usage{"plan --cell c --deadline nan", 2},
+                    Usage{"plan --cell c --deadline inf", 2}, Usage{"plan --cell c --speed 0", 2},
+                    Usage{"plan --cell c --speed 1.5", 2}, Usage{"plan --cell c --set nonsense", 2},
+                    Usage{"plan --cell c --set =3", 2}, Usage{"status --domain -1", 2},
+                    Usage{"status --domain 233", 2}, Usage{"status --domain x", 2},
+                    Usage{"status --wait nan", 2}, Usage{"status --wait -1", 2}, Usage{"cancel", 2},
+                    Usage{"cancel 123", 2}, Usage{"watch nothex", 2}, Usage{"scene show", 3},
+                    Usage{"experiment butler --runs 3", 3}, Usage{"view plan.json -o plan.html", 3},
+                    Usage{"plan --cell c --html plan.html", 3}));
+
+TEST(CtlEnvironment, RefusesADomainThatIsNone) {
+  for (const char* text : {"x", "12x", "233", "-1", " 1"}) {
+    EXPECT_EQ(run({kCtl, "status"}, {std::string("HANDOVER_DOMAIN=") + text}).status, 2) << text;
+    EXPECT_EQ(run({kBin + "handoverd", "serve"}, {std::string("HANDOVER_DOMAIN=") + text}).status,
+              2);
+  }
+}
+
+TEST_F(Ctl, ExitsWith13WhenNoDaemonShowsUp) {
+  for (const char* arguments :
+       {"status --wait 0.2", "cells --wait 0", "plan --cell c --wait 0.2", "watch --wait 0.2",
+        "cancel 00112233445566778899aabbccddeeff --wait 0.2"}) {
+    EXPECT_EQ(ctl(arguments).status, 13) << arguments;
+  }
+  const auto json = ctl("plan --cell c --wait 0.2 --json");
+  EXPECT_EQ(json.status, 13);
+  EXPECT_EQ(jsonLines(json.out).at(0)["exit_code"], 13);
+}
+
+TEST_F(Ctl, AnInterruptEndsTheWait) {
+  Process waiting(command("plan --cell c --wait 60"));
+  // The signal may come before it is blocked and handled: then it ends the process at once.
+  waiting.signal(SIGINT);
+  const auto status = waiting.wait();
+  EXPECT_TRUE(status == 11 || status == 128 + SIGINT) << status.value_or(-1);
+}
+
+TEST_F(Ctl, ChecksTheOutputBeforeAsking) {
+  const auto result = ctl("plan --cell c --wait 60 --output /nonexistent/plan.json");
+  EXPECT_EQ(result.status, 3);
+  EXPECT_THAT(result.err, HasSubstr("/nonexistent/plan.json"));
+}
+
+// ---- with a daemon ----
+
+TEST_F(ScriptedCtl, StatusAndCells) {
+  const auto status = ctl("status --json");
+  EXPECT_EQ(status.status, 0);
+  const auto lines = jsonLines(status.out);
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_EQ(lines[0]["state"], "ready");
+  EXPECT_EQ(lines[0]["cells"][0]["name"], "script");
+  EXPECT_THAT(ctl("cells").out, HasSubstr("script: answer fail hold throw"));
+  EXPECT_EQ(jsonLines(ctl("cells --json").out).at(0)["tasks"].size(), 4u);
+}
+
+TEST_F(ScriptedCtl, PlanWritesTheSamePlanTwice) {
+  const Folder folder;
+  std::vector<std::string> plans;
+  for (const char* name : {"a.json", "b.json"}) {
+    const fs::path file = folder.path / name;
+    const auto result = ctl("plan --cell script --task answer --output " + file.string());
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("receiver_retreat"));
+    const std::string text = textOf(file);
+    const auto json = nlohmann::json::parse(text);
+    EXPECT_EQ(json["format"], "handover-plan/1");
+    EXPECT_EQ(json["timing"]["scene_revision"], 7);
+    plans.push_back(text.substr(0, text.find("\"complete\"")));
+  }
+  EXPECT_EQ(plans[0], plans[1]);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path), {}), 2);  // nothing half-written
+}
+
+TEST_F(ScriptedCtl, JsonIsAllThatStandardOutputHolds) {
+  const auto result = ctl("plan --cell script --task answer --json");
+  EXPECT_EQ(result.status, 0);
+  const auto lines = jsonLines(result.out);
+  ASSERT_EQ(lines.size(), 36u);
+  for (std::size_t i = 0; i < lines.size(); ++i) EXPECT_EQ(lines[i]["sequence"], i);
+  EXPECT_EQ(lines.front()["type"], "accepted");
+  EXPECT_EQ(lines.back()["outcome"], "done");
+  EXPECT_THAT(result.err, HasSubstr("giver_reach"));
+}
+
+TEST_F(ScriptedCtl, OutcomesHaveTheirExitCodes) {
+  const Folder folder;
+  const std::string output = " --output " + (folder.path / "plan.json").string();
+  const auto failed = ctl("plan --cell script --task fail" + output);
+  EXPECT_EQ(failed.status, 10);
+  EXPECT_THAT(failed.out, HasSubstr("no_grasp_at_goal"));
+  EXPECT_THAT(failed.out, HasSubstr("--set robots.hubo.base.xyz=[1.1, -0.3, 0.98]"));
+  EXPECT_EQ(ctl("plan --cell script --task throw" + output).status, 1);
+  EXPECT_EQ(ctl("plan --cell script --task hold --deadline 0.05" + output).status, 11);
+  const auto unknown = ctl("plan --cell nowhere" + output);
+  EXPECT_EQ(unknown.status, 12);
+  EXPECT_THAT(unknown.out, HasSubstr("unknown_cell"));
+  EXPECT_TRUE(fs::is_empty(folder.path));
+  EXPECT_EQ(ctl("plan --cell script --task answer").status, 0);  // and it lives
+}
+
+TEST_F(ScriptedCtl, AnInterruptCancels) {
+  Process plan(command("plan --cell script --task hold"));
+  ASSERT_TRUE(plan.waitForOutput("arms"));
+  plan.signal(SIGINT);
+  EXPECT_EQ(plan.wait(), 11);
+  EXPECT_THAT(plan.out(), HasSubstr("cancelled"));
+}
+
+TEST_F(ScriptedCtl, CancelAndWatchFindARequestById) {
+  Process plan(command("plan --cell script --task hold --json"));
+  ASSERT_TRUE(plan.waitForOutput("arm_selected"));
+  const std::string id = jsonLines(plan.out().substr(0, plan.out().find('\n'))).at(0)["request_id"];
+  Process watch(command("watch " + id));
+  ASSERT_TRUE(watch.waitForOutput("arms"));  // what was before it came is there too
+  EXPECT_EQ(ctl("cancel " + id).status, 0);
+  EXPECT_EQ(plan.wait(), 11);
+  EXPECT_EQ(watch.wait(), 11);
+  EXPECT_EQ(ctl("cancel 00112233445566778899aabbccddeeff --wait 0.5").status, 12);
+}
+
+TEST_F(ScriptedCtl, SigtermOfTheDaemonGivesOutcomes) {
+  Process running(command("plan --cell script --task hold"));
+  ASSERT_TRUE(running.waitForOutput("arms"));
+  Process queued(command("plan --cell script --task answer"));
+  ASSERT_TRUE(queued.waitForOutput("1 ahead"));
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(running.wait(), 11);
+  EXPECT_EQ(queued.wait(), 11);
+  EXPECT_EQ(daemon.wait(), 0);
+}
+
+TEST_F(ScriptedCtl, AKilledDaemonIsLost) {
+  Process plan(command("plan --cell script --task hold --wait 0.5"));
+  ASSERT_TRUE(plan.waitForOutput("arms"));
+  daemon.signal(SIGKILL);
+  EXPECT_EQ(plan.wait(), 13);
+  EXPECT_THAT(plan.err(), HasSubstr("did not come back"));
+}
+
+TEST_F(ScriptedCtl, ADaemonThatComesBackGoesOn) {
+  Process plan(command("plan --cell script --task hold --wait 30 --json"));
+  ASSERT_TRUE(plan.waitForOutput("arm_selected"));
+  const std::string id = jsonLines(plan.out().substr(0, plan.out().find('\n'))).at(0)["request_id"];
+  daemon.signal(SIGKILL);
+  daemon.wait();
+  Process second({kScripted, std::to_string(domain)});
+  Process watch(command("watch " + id + " --wait 20"));
+  ASSERT_TRUE(watch.waitForOutput("arms")) << second.err();
+  EXPECT_EQ(ctl("cancel " + id).status, 0);
+  EXPECT_EQ(plan.wait(), 11);
+  const auto lines = jsonLines(plan.out());
+  ASSERT_EQ(lines.size(), 3u);  // accepted and arm_selected once, and the outcome
+  for (std::size_t i = 0; i < lines.size(); ++i) EXPECT_EQ(lines[i]["sequence"], i);
+}
+
+TEST_F(ScriptedCtl, AKilledClientFreesTheDaemon) {
+  Process plan(command("plan --cell script --task hold"));
+  ASSERT_TRUE(plan.waitForOutput("arms"));
+  Process watch(command("watch --json"));
+  ASSERT_TRUE(watch.waitForOutput("arm_selected"));
+  plan.signal(SIGKILL);
+  EXPECT_TRUE(watch.waitForOutput("\"cancelled\""));
+  EXPECT_EQ(ctl("plan --cell script --task answer").status, 0);
+  watch.signal(SIGTERM);
+  EXPECT_EQ(watch.wait(), 0);
+}
+
+// ---- the real daemon ----
+
+class Handoverd : public Ctl {
+ protected:
+  std::vector<std::string> serve(const std::string& more = "") const {
+    return std::vector{kBin + "handoverd"} + words("serve --root " HANDOVER_SOURCE_DIR
+                                                   " --domain " +
+                                                   std::to_string(domain) + " " + more);
+  }
+};
+
+TEST_F(Handoverd, ServesTheCellsAndStopsOnEitherSignal) {
+  for (const int number : {SIGTERM, SIGINT}) {
+    Process daemon(serve("--cell butler"));
+    ASSERT_THAT(ctl("cells --wait 20").out, HasSubstr("butler")) << daemon.err();
+    daemon.signal(number);
+    EXPECT_EQ(daemon.wait(), 0);
+    EXPECT_TRUE(daemon.out().empty()) << daemon.out();
+  }
+}
+
+TEST_F(Handoverd, RefusesBadStarts) {
+  EXPECT_EQ(run(serve("--cell nowhere")).status, 3);
+  EXPECT_EQ(run(serve("--threads 0")).status, 2);
+  EXPECT_EQ(run(serve("--fly")).status, 2);
+  EXPECT_EQ(run({kBin + "handoverd"}).status, 2);
+  EXPECT_EQ(run({kBin + "handoverd", "check"}).status, 2);
+  EXPECT_EQ(run({kBin + "handoverd", "--version"}).status, 0);
+}
+
+}  // namespace
+}  // namespace handover::test
