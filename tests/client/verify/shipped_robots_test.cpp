@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The verifier's own reading of the robots and things that we ship.
+#include "verify/body.hpp"
 #include "verify/kinematics.hpp"
 #include "verify/mesh.hpp"
 #include "verify/robot.hpp"
@@ -7,7 +8,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <random>
 #include <string>
 #include <variant>
 #include <vector>
@@ -97,6 +100,65 @@ TEST(ShippedRobots, EveryMeshPartIsASolid) {
     }
   }
   EXPECT_GT(parts, 100u);
+}
+
+/// The least distance from a vertex of one to a triangle of the other: never below the true one.
+double vertexDistance(const std::vector<Mesh>& a, const std::vector<Mesh>& b, const Pose& X_BA) {
+  double least = 1e9;
+  for (const Mesh& mesh_a : a) {
+    for (const Eigen::Vector3d& vertex : mesh_a.vertices) {
+      const Eigen::Vector3d p = X_BA * vertex;
+      for (const Mesh& mesh_b : b) {
+        for (const Triangle& t : mesh_b.triangles) {
+          const auto corner = [&](int k) { return mesh_b.vertices[static_cast<std::size_t>(k)]; };
+          const Eigen::Vector3d foot =
+              nearestOnTriangle(p, corner(t[0]), corner(t[1]), corner(t[2]));
+          least = std::min(least, (p - foot).norm());
+        }
+      }
+    }
+  }
+  return least;
+}
+
+// The advancement along a motion trusts these distances: one that is too large would hide a
+// contact.
+TEST(ShippedRobots, DistancesOfTheirMeshesAreNeverTooLarge) {
+  const std::vector<std::string> files = {"crichton/meshes/sdh_tip.obj", "crichton/meshes/L4.obj",
+                                          "hubo/meshes/Body_LWR.obj", "objects/cup/cup.obj",
+                                          "objects/hammer/hammer.obj"};
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> value(-1, 1);
+  int near = 0;
+  for (const std::string& file_a : files) {
+    for (const std::string& file_b : files) {
+      const auto mesh_a = readMesh(folder(file_a), {1, 1, 1});
+      const auto mesh_b = readMesh(folder(file_b), {1, 1, 1});
+      const auto bodyOf = [](const std::vector<Mesh>& meshes) {
+        return Body({{Pose::Identity(), MeshFile{"", {1, 1, 1}}}},
+                    [&](const MeshFile&) { return meshes; });
+      };
+      const Body a = bodyOf(mesh_a), b = bodyOf(mesh_b);
+      for (int i = 0; i < 40; ++i) {
+        Pose X_BA = Pose::Identity();
+        X_BA.linear() =
+            Eigen::Quaterniond(value(random), value(random), value(random), value(random))
+                .normalized()
+                .toRotationMatrix();
+        X_BA.translation() =
+            (a.radius() + b.radius()) *
+            Eigen::Vector3d(value(random), value(random), value(random)).normalized() *
+            (0.5 + 0.5 * std::abs(value(random)));
+        const Clearance gap = clearance(a, X_BA, b, Pose::Identity(), 0.2);
+        if (gap.touching) continue;
+        const double bound = std::min(vertexDistance(mesh_a, mesh_b, X_BA),
+                                      vertexDistance(mesh_b, mesh_a, X_BA.inverse()));
+        EXPECT_LE(gap.distance, bound + 1e-9) << file_a << " and " << file_b;
+        if (gap.distance < 0.2) ++near;
+      }
+    }
+  }
+  EXPECT_GT(near, 300);
 }
 
 }  // namespace
