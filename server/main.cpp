@@ -9,9 +9,8 @@
 //   to CLIENT  writes one client's stages; its queue and that client's acknowledgements;
 //   ~DdsEndpoint (Fast DDS) receive, discovery, timers; the network; ~DdsEndpoint. They decode,
 //   enqueue and return.
-#include "dds/dds_endpoint.hpp"
+#include "daemon.hpp"
 #include "listed_cells.hpp"
-#include "runtime/runtime.hpp"
 #include "wire/entities.hpp"
 
 #include <handover/common/domain.hpp>
@@ -43,45 +42,14 @@ struct Options {
   bool force = false;
 };
 
-/// SIGINT and SIGTERM, for this thread and all that it starts.
-sigset_t blockSignals() {
-  sigset_t set;
-  sigemptyset(&set);
-  sigaddset(&set, SIGINT);
-  sigaddset(&set, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &set, nullptr);
-  return set;
-}
-
 int serve(const Options& options, int domain) {
-  const sigset_t signals = blockSignals();
-  wire::routeDdsLog(false);
-
   const std::filesystem::path root =
       options.root.empty() ? std::filesystem::current_path() : std::filesystem::path(options.root);
+  const StopSignals signals;  // before the first thread
   ListedCells service(root, options.cells);
-  DdsEndpoint endpoint({.domain = domain});
-
-  std::atomic<bool> prepare_failed = false;
-  RuntimeSettings settings;
-  settings.threads = options.threads;
-  settings.id = RequestId::random().bytes;
-  settings.version = HANDOVER_VERSION;
-  settings.on_prepare_failed = [&prepare_failed](const std::string&) {
-    prepare_failed = true;
-    kill(getpid(), SIGTERM);
-  };
-  Runtime runtime(service, endpoint, settings);
-  runtime.start();
-  const auto log = logger("handoverd");
-  log->info("serving {} cells in domain {} with {} workers", service.cells().size(), domain,
-            options.threads);
-
-  int signal = 0;
-  sigwait(&signals, &signal);
-  log->info("stopping: {}", strsignal(signal));
-  runtime.stop();
-  return prepare_failed ? kExitConfiguration : kExitDone;
+  return runDaemon(service, {.domain = domain, .threads = options.threads}, signals)
+             ? kExitDone
+             : kExitConfiguration;
 }
 
 int notBuiltYet(const std::string& what) {
