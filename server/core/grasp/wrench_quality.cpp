@@ -1,68 +1,145 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/grasp/wrench_quality.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/QR>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
-#include <utility>
 
 namespace handover {
 namespace {
 
 constexpr int kConeEdges = 8;
-constexpr int kDirections = 256;
-constexpr int kDescents = 12;
-constexpr int kDescentSteps = 80;
+constexpr double kJoggle =
+    1e-7;  // breaks ties of points in one plane; far below any quality of use
+constexpr std::size_t kMaxFacets = 20000;
 
-/// The fixed directions: normal deviates of a splitmix sequence, each with its opposite.
-std::vector<Wrench> fixedDirections() {
-  std::vector<Wrench> directions;
-  std::uint64_t state = 0x9e3779b97f4a7c15ULL;
-  const auto uniform = [&state] {
-    state += 0x9e3779b97f4a7c15ULL;
-    std::uint64_t z = state;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-    return (static_cast<double>((z ^ (z >> 31)) >> 11) + 0.5) / 9007199254740992.0;
-  };
-  while (static_cast<int>(directions.size()) < kDirections) {
-    Wrench u;
-    for (int i = 0; i < 6; ++i) {
-      u[i] = std::sqrt(-2.0 * std::log(uniform())) * std::cos(2.0 * M_PI * uniform());
+using Corners = std::array<int, 6>;
+using Ridge = std::array<int, 5>;
+
+struct Facet {
+  Corners corners;     // ascending
+  Wrench normal;       // unit, outward
+  double offset = 0;   // normal . x <= offset inside
+  double support = 0;  // of all points along the normal: >= offset
+  int farthest = -1;   // the point there
+};
+
+/// A polytope inside the hull that grows where it is nearest to the origin: the expanding polytope
+/// of collision detection, in six dimensions.
+class ExpandingPolytope {
+ public:
+  explicit ExpandingPolytope(const std::vector<Wrench>& wrenches)
+      : points_(6, static_cast<Eigen::Index>(wrenches.size())) {
+    std::uint64_t state = 0x9e3779b97f4a7c15ULL;
+    for (Eigen::Index i = 0; i < points_.cols(); ++i) {
+      for (int k = 0; k < 6; ++k) {
+        state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+        const double deviate = static_cast<double>(state >> 33) / 2147483648.0 - 0.5;
+        points_(k, i) = wrenches[static_cast<std::size_t>(i)][k] + 2.0 * kJoggle * deviate;
+      }
     }
-    u.normalize();
-    directions.push_back(u);
-    directions.push_back(-u);
   }
-  return directions;
-}
 
-using WrenchMatrix = Eigen::Matrix<double, 6, Eigen::Dynamic>;
-
-/// Support function of the hull in direction u, and the wrench that attains it.
-std::pair<double, Eigen::Index> support(const WrenchMatrix& hull, const Wrench& u) {
-  Eigen::Index best = 0;
-  const double value = (u.transpose() * hull).maxCoeff(&best);
-  return {value, best};
-}
-
-/// Walks on the unit sphere against the subgradient, ever shorter; the least value seen.
-double descend(const WrenchMatrix& hull, Wrench u) {
-  auto [value, at] = support(hull, u);
-  double least = value;
-  for (int k = 0; k < kDescentSteps; ++k) {
-    Wrench tangent = hull.col(at) - value * u;
-    const double length = tangent.norm();
-    if (length < 1e-12) break;
-    u = (u - (0.3 * std::pow(0.94, k) / length) * tangent).normalized();
-    std::tie(value, at) = support(hull, u);
-    least = std::min(least, value);
+  double grow(double enough) {
+    if (points_.cols() < 7 || !startSimplex()) return 0.0;
+    while (true) {
+      const auto nearest =
+          std::min_element(facets_.begin(), facets_.end(),
+                           [](const Facet& a, const Facet& b) { return a.offset < b.offset; });
+      if (nearest->support <= 0) return nearest->support;  // all wrenches are on one side
+      if (nearest->offset >= enough * nearest->support) return nearest->offset;
+      if (facets_.size() > kMaxFacets) return nearest->offset;
+      if (!add(nearest->farthest)) return nearest->offset;
+    }
   }
-  return least;
-}
+
+ private:
+  Facet facet(Corners corners) const {
+    std::sort(corners.begin(), corners.end());
+    Facet f;
+    f.corners = corners;
+    Eigen::Matrix<double, 6, 5> edges;
+    for (int k = 0; k < 5; ++k) {
+      edges.col(k) =
+          points_.col(corners[static_cast<std::size_t>(k) + 1]) - points_.col(corners[0]);
+    }
+    const Eigen::HouseholderQR<Eigen::Matrix<double, 6, 5>> qr(edges);
+    f.normal = qr.householderQ() * Wrench::Unit(5);
+    if (f.normal.dot(inside_ - points_.col(corners[0])) > 0) f.normal = -f.normal;
+    f.offset = f.normal.dot(points_.col(corners[0]));
+    Eigen::Index at = 0;
+    f.support = (f.normal.transpose() * points_).maxCoeff(&at);
+    f.farthest = static_cast<int>(at);
+    return f;
+  }
+
+  /// Seven points, each as far as can be from the flat through those before it.
+  bool startSimplex() {
+    std::array<int, 7> simplex{};
+    Eigen::Index first = 0;
+    points_.row(0).maxCoeff(&first);
+    simplex[0] = static_cast<int>(first);
+    Eigen::Matrix<double, 6, Eigen::Dynamic> rest = points_.colwise() - points_.col(first);
+    for (std::size_t k = 1; k < 7; ++k) {
+      Eigen::Index at = 0;
+      if (rest.colwise().squaredNorm().maxCoeff(&at) < 1e-24) return false;
+      simplex[k] = static_cast<int>(at);
+      const Wrench along = rest.col(at).normalized();
+      rest -= along * (along.transpose() * rest).eval();
+    }
+    inside_.setZero();
+    for (const int corner : simplex) inside_ += points_.col(corner) / 7.0;
+    for (std::size_t left_out = 0; left_out < 7; ++left_out) {
+      Corners corners{};
+      for (std::size_t k = 0, c = 0; k < 7; ++k) {
+        if (k != left_out) corners[c++] = simplex[k];
+      }
+      facets_.push_back(facet(corners));
+    }
+    return true;
+  }
+
+  /// Joins a point to all ridges between the facets it sees and those it does not. False: it sees
+  /// none.
+  bool add(int point) {
+    std::vector<Ridge> ridges;
+    std::vector<Facet> kept;
+    for (const Facet& f : facets_) {
+      if (f.normal.dot(points_.col(point)) <= f.offset + 1e-13) {
+        kept.push_back(f);
+        continue;
+      }
+      for (std::size_t left_out = 0; left_out < 6; ++left_out) {
+        Ridge ridge{};
+        for (std::size_t k = 0, c = 0; k < 6; ++k) {
+          if (k != left_out) ridge[c++] = f.corners[k];
+        }
+        ridges.push_back(ridge);
+      }
+    }
+    if (ridges.empty()) return false;
+    std::sort(ridges.begin(), ridges.end());
+    for (std::size_t i = 0; i < ridges.size();) {
+      std::size_t next = i + 1;
+      while (next < ridges.size() && ridges[next] == ridges[i]) ++next;
+      if (next == i + 1) {
+        const Ridge& r = ridges[i];
+        kept.push_back(facet({r[0], r[1], r[2], r[3], r[4], point}));
+      }
+      i = next;
+    }
+    facets_ = std::move(kept);
+    return true;
+  }
+
+  Eigen::Matrix<double, 6, Eigen::Dynamic> points_;
+  Wrench inside_ = Wrench::Zero();
+  std::vector<Facet> facets_;
+};
 
 }  // namespace
 
@@ -90,32 +167,8 @@ std::vector<Wrench> contactWrenches(const std::vector<ContactPoint>& contacts,
   return wrenches;
 }
 
-double largestBall(const std::vector<Wrench>& wrenches) {
-  if (wrenches.empty()) return 0.0;
-  WrenchMatrix hull(6, static_cast<Eigen::Index>(wrenches.size()));
-  for (std::size_t i = 0; i < wrenches.size(); ++i)
-    hull.col(static_cast<Eigen::Index>(i)) = wrenches[i];
-  static const std::vector<Wrench> kFixed = fixedDirections();
-  std::vector<Wrench> directions = kFixed;
-  // Where the wrenches span little, the ball is small: their own thin directions.
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(hull * hull.transpose());
-  for (int i = 0; i < 6; ++i) {
-    directions.push_back(eigen.eigenvectors().col(i));
-    directions.push_back(-eigen.eigenvectors().col(i));
-  }
-  const Wrench mean = hull.rowwise().mean();
-  if (mean.norm() > 1e-12) directions.push_back(-mean.normalized());
-
-  std::vector<std::pair<double, std::size_t>> order;
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    order.emplace_back(support(hull, directions[i]).first, i);
-  }
-  std::sort(order.begin(), order.end());
-  double least = order.front().first;
-  for (std::size_t k = 0; k < std::min<std::size_t>(kDescents, order.size()); ++k) {
-    least = std::min(least, descend(hull, directions[order[k].second]));
-  }
-  return least;
+double largestBall(const std::vector<Wrench>& wrenches, double enough) {
+  return ExpandingPolytope(wrenches).grow(enough);
 }
 
 }  // namespace handover

@@ -31,11 +31,10 @@ std::vector<Wrench> contactWrenches(const std::vector<ContactPoint>& contacts,
                                     const ContactModel& model);
 
 /// Radius of the largest ball around 0 in the convex hull of the wrenches (Ferrari-Canny); <= 0:
-/// none.
+/// none, the contacts do not hold.
 ///
-/// It is the least value over all directions of the hull's support function. We look at a fixed set
-/// of directions, the wrenches' own thin directions among them, and descend from the lowest ones.
-/// The answer is thus an upper bound; in tests on known hulls it is within 2 %.
-double largestBall(const std::vector<Wrench>& wrenches);
+/// A polytope inside the hull grows where it is nearest to 0, so the answer is a lower bound: no
+/// less than `enough` times the true radius, and certain in its sign.
+double largestBall(const std::vector<Wrench>& wrenches, double enough = 0.9);
 
 }  // namespace handover
