@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 
 constexpr double kMaxPalmGap =
     0.06;  // farther off, the hand does not hold it with its palm side [m]
-constexpr double kMinQuality = 1e-3;  // below that the bound of largestBall() proves nothing
+constexpr double kMinQuality = 1e-3;                   // weaker ones hold on paper only
 constexpr double kFirstOpenings[] = {1.0, 0.65, 0.4};  // of Hand::open, tried until one can close
 constexpr double kStandOffs[] = {0.0, 0.006, 0.014,
                                  0.024};  // from as near as the hand can come [m]

@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 constexpr double kLookAhead = 0.04;  // distances are asked for up to this [m]
 constexpr int kMaxSteps = 200;       // of one joint's closing; seen: below 60
 constexpr double kLineSkin = 1e-4;   // fingers on their way to the contact stay this far off [m]
-constexpr double kOpenings[] = {0.15, 0.25, 0.35, 0.5, 0.7, 1.0};
+constexpr double kOpenings[] = {0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 1.0};
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 

@@ -77,6 +77,19 @@ struct GraspChecker::Data {
   std::vector<std::shared_ptr<Tree>> links;
   std::vector<int> hand_links;  // rigidly beyond the wrist, and the fingers
   std::vector<bool> is_finger;
+  std::vector<std::pair<int, int>> self_pairs;  // of the hand that must not touch
+
+  /// Least distance of two parts of the hand that must not touch.
+  double selfClearance(const VectorXd& q) const {
+    const auto X = pose(Pose::Identity(), q);
+    double least = 1e9;
+    for (const auto& [i, j] : self_pairs) {
+      const auto a = static_cast<std::size_t>(i);
+      const auto b = static_cast<std::size_t>(j);
+      least = std::min(least, nearest(*links[a], X[a], *links[b], X[b]).distance);
+    }
+    return least;
+  }
 
   /// Link poses in O with the tool at X_OT.
   std::vector<Pose> pose(const Pose& X_OT, const VectorXd& q_hand) const {
@@ -117,6 +130,16 @@ GraspChecker::GraspChecker(const SceneObject& object, const RobotModel& model, i
   for (const int link : model.hands[static_cast<std::size_t>(a.hand)].finger_links) {
     data_->is_finger[static_cast<std::size_t>(link)] = true;
   }
+  for (const int i : data_->hand_links) {
+    for (const int j : data_->hand_links) {
+      if (i >= j || !data_->links[static_cast<std::size_t>(i)] ||
+          !data_->links[static_cast<std::size_t>(j)])
+        continue;
+      const auto disabled = model.disabled_pairs.find({i, j});
+      const bool standing = disabled != model.disabled_pairs.end() && disabled->second != "Never";
+      if (!standing && !model.adjacent(i, j)) data_->self_pairs.emplace_back(i, j);
+    }
+  }
 }
 
 GraspChecker::~GraspChecker() = default;
@@ -135,6 +158,8 @@ std::string GraspChecker::faultOf(const Grasp& grasp) const {
     if (data_->clearance(grasp.X_OT, q) <= 0) fault << "fingers inside the object while closing; ";
   }
   const auto X = data_->pose(grasp.X_OT, grasp.closed);
+  if (data_->selfClearance(grasp.closed) < 0.002) fault << "closed hand touches itself; ";
+  if (data_->selfClearance(grasp.open) < 0.002) fault << "open hand touches itself; ";
   std::vector<Vector3d> normals;
   for (const int link : data_->hand_links) {
     const auto at = static_cast<std::size_t>(link);

@@ -17,7 +17,8 @@ class GraspChecker {
 
   /// What is wrong with a grasp by the contract (design: hand free when open and on its straight
   /// way in, nothing inside the object when closed, two finger links within 2 mm whose normals
-  /// differ by more than 120 deg, palm and wrist off the object); empty when nothing is.
+  /// differ by more than 120 deg, palm and wrist off the object, hand off itself); empty when
+  /// nothing is.
   std::string faultOf(const Grasp& grasp) const;
 
   /// Distance of the hand at a grasp to another hand at its own grasp of the same object; 0: they

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 namespace handover {
 namespace {
@@ -21,8 +23,8 @@ TEST(WrenchQuality, OfACrossPolytopeIsItsInnerRadius) {
     wrenches.push_back(-Wrench::Unit(i));
   }
   const double exact = 1 / std::sqrt(6.0);
-  EXPECT_GE(largestBall(wrenches), exact - 1e-9);
-  EXPECT_LE(largestBall(wrenches), 1.02 * exact);
+  EXPECT_LE(largestBall(wrenches, 0.99), exact + 1e-6);
+  EXPECT_GE(largestBall(wrenches, 0.99), 0.99 * exact - 1e-6);
 }
 
 TEST(WrenchQuality, OfAStretchedCrossPolytopeIsItsInnerRadius) {
@@ -35,8 +37,8 @@ TEST(WrenchQuality, OfAStretchedCrossPolytopeIsItsInnerRadius) {
     inverse_squares += 1 / (half[i] * half[i]);
   }
   const double exact = 1 / std::sqrt(inverse_squares);
-  EXPECT_GE(largestBall(wrenches), exact - 1e-9);
-  EXPECT_LE(largestBall(wrenches), 1.02 * exact);
+  EXPECT_LE(largestBall(wrenches, 0.99), exact + 1e-6);
+  EXPECT_GE(largestBall(wrenches, 0.99), 0.99 * exact - 1e-6);
 }
 
 TEST(WrenchQuality, OfASimplexIsItsInnerRadius) {
@@ -49,8 +51,7 @@ TEST(WrenchQuality, OfASimplexIsItsInnerRadius) {
   }
   wrenches.push_back(Wrench::Constant(-1 / std::sqrt(6.0)));
   for (const Wrench& w : wrenches) ASSERT_NEAR(w.norm(), 1.0, 1e-9);
-  EXPECT_GE(largestBall(wrenches), 1.0 / 6 - 1e-9);
-  EXPECT_LE(largestBall(wrenches), 1.02 / 6);
+  EXPECT_NEAR(largestBall(wrenches, 0.99), 1.0 / 6, 1e-6);  // its first polytope is the hull
 }
 
 TEST(WrenchQuality, TwoOpposedSoftFingersHold) {
@@ -58,7 +59,7 @@ TEST(WrenchQuality, TwoOpposedSoftFingersHold) {
 }
 
 TEST(WrenchQuality, TwoOpposedPointFingersCannotStopTheTurnAboutTheirLine) {
-  EXPECT_LT(quality({{{0.03, 0, 0}, {1, 0, 0}}, {{-0.03, 0, 0}, {-1, 0, 0}}}, {0.6, 0.0}), 1e-9);
+  EXPECT_LT(quality({{{0.03, 0, 0}, {1, 0, 0}}, {{-0.03, 0, 0}, {-1, 0, 0}}}, {0.6, 0.0}), 1e-6);
 }
 
 TEST(WrenchQuality, FingersOnOneSideDoNotHold) {
@@ -76,6 +77,31 @@ TEST(WrenchQuality, AThirdFingerAndMoreFrictionHelp) {
   EXPECT_GT(quality(three, {0.9, 0.005}), quality(three, {0.6, 0.005}));
 }
 
+TEST(WrenchQuality, IsNeverAboveTheSupportInAnyDirection) {
+  // Random contacts on a thin bar, as on a hammer's handle: the hull's support bounds the ball from
+  // above.
+  std::mt19937_64 generator(7);
+  std::uniform_real_distribution<double> along(-0.15, 0.15);
+  std::normal_distribution<double> normal;
+  for (int set = 0; set < 20; ++set) {
+    std::vector<ContactPoint> contacts;
+    for (int k = 0; k < 5; ++k) {
+      const double side = k % 2 == 0 ? 1 : -1;
+      contacts.push_back({{0.01 * side, 0, along(generator)}, {side, 0, 0}});
+    }
+    const std::vector<Wrench> wrenches = contactWrenches(contacts, Vector3d::Zero(), 0.15, {});
+    const double ball = largestBall(wrenches);
+    EXPECT_GT(ball, 0);
+    for (int k = 0; k < 20000; ++k) {
+      Wrench u;
+      for (int i = 0; i < 6; ++i) u[i] = normal(generator);
+      double support = 0;
+      for (const Wrench& w : wrenches) support = std::max(support, w.dot(u) / u.norm());
+      ASSERT_GE(support, ball - 1e-6);
+    }
+  }
+}
+
 TEST(WrenchQuality, DoesNotDependOnTheFrame) {
   const std::vector<ContactPoint> contacts{{{0.03, 0.02, 0}, {1, 0, 0}},
                                            {{0.03, -0.02, 0.01}, {1, 0, 0}},
@@ -85,7 +111,7 @@ TEST(WrenchQuality, DoesNotDependOnTheFrame) {
   R << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   std::vector<ContactPoint> turned;
   for (const ContactPoint& c : contacts) turned.push_back({R * c.p, R * c.n});
-  EXPECT_NEAR(quality(contacts), quality(turned), 0.05 * quality(contacts));
+  EXPECT_NEAR(quality(contacts), quality(turned), 0.1 * quality(contacts));
 }
 
 }  // namespace
