@@ -23,10 +23,14 @@ struct GraspContact {
 
 struct Grasp {
   Pose X_OT = Pose::Identity();
-  Eigen::VectorXd open;    ///< hand joints before closing, Hand::dofs order
+  /// Hand joints before closing, Hand::dofs order: no wider than coming along the approach needs,
+  /// on the straight line from `closed` towards Hand::open, along which no finger enters the
+  /// object.
+  Eigen::VectorXd open;
   Eigen::VectorXd closed;  ///< at contact
   std::vector<GraspContact> contacts;
-  double quality = 0;  ///< force closure: radius of the largest wrench ball
+  /// Force closure with soft fingers: radius of the largest wrench ball, at most 10 % below it.
+  double quality = 0;
 };
 
 struct GraspSet {
@@ -49,7 +53,14 @@ struct GraspParams {
 std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, int arm,
                            const GraspParams& params);
 
-/// Makes the grasps of an object with the hand of a robot's arm. kNotFound when there are none.
+/// Makes the grasps of an object with the hand of a robot's arm, params.wanted of them or all there
+/// are. Samples come in farthest-point order until surplus * wanted grasps hold; the palm is
+/// palm_gap above the sample, or as near as the open hand can come (its knuckles may stand before
+/// the palm), at most 6 cm. Every grasp: hand and wrist 4 mm off the object when open and 0.10 m
+/// straight back; fingers closed to 0.4-0.6 mm off it; two of their links within 1 mm with normals
+/// more than 130 deg apart; palm and wrist 3 mm off; no part of the hand within 2 mm of another.
+/// The same bytes for the same input. kNotFound when there are none; kInvalidInput for an arm
+/// without hand, an object without shapes or parameters out of range; kCancelled, kDeadline.
 Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& model, int arm,
                                 const GraspParams& params,
                                 const std::function<void(double)>& progress,
