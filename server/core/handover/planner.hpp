@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole answer to one request: arms, grasps, handover pose, trajectories ([paper] §IV, Alg. 1-3).
+// The whole answer to one request: arms, grasps, handover pose, trajectories ([paper] §IV, Alg.
+// 1-3).
 #pragma once
 
 #include "core/collision/collision_scene.hpp"
@@ -24,8 +25,8 @@ class StageSink {
 
 /// What was prepared offline for one robot of the scene.
 struct RobotResources {
-  std::vector<std::shared_ptr<const ArmKinematics>> kinematics;     ///< per arm
-  std::vector<std::shared_ptr<const ReachabilityMap>> maps;         ///< per arm
+  std::vector<std::shared_ptr<const ArmKinematics>> kinematics;  ///< per arm
+  std::vector<std::shared_ptr<const ReachabilityMap>> maps;      ///< per arm
   /// Per arm: grasp sets of the task's object; empty pointer where there is none.
   std::vector<std::shared_ptr<const GraspSet>> grasps;
 };
@@ -35,8 +36,8 @@ struct HandoverProblem {
   std::shared_ptr<const Scene> scene;
   std::shared_ptr<const CollisionScene> collision;
   SceneTask task;
-  std::vector<RobotResources> resources;        ///< per robot of the scene
-  std::string giver_arm, receiver_arm;          ///< empty: free choice
+  std::vector<RobotResources> resources;  ///< per robot of the scene
+  std::string giver_arm, receiver_arm;    ///< empty: free choice
   SearchMode mode = SearchMode::kBest;
   SearchWidth search = SearchWidth::kWide;
   std::uint64_t seed = 1;

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/handover/arm_selection.hpp"
+
+#include "core/handover/role.hpp"
+
+#include <algorithm>
+
+namespace handover {
+
+ArmRanking rankArms(const HandoverProblem& problem, int robot, const Pose& X_WO,
+                    const std::string& only, SearchWidth search) {
+  const SceneRobot& placed = problem.scene->robots[static_cast<std::size_t>(robot)];
+  ArmRanking ranking;
+  for (int arm = 0; arm < static_cast<int>(placed.model->arms.size()); ++arm) {
+    ArmScore score;
+    score.robot = placed.name;
+    score.arm = placed.model->arms[static_cast<std::size_t>(arm)].name;
+    score.rejected = unfitReason(problem, robot, arm);
+    if (score.rejected.empty()) {
+      const Role role = makeRole(problem, robot, arm);
+      score.manipulability = role.map(X_WO.translation());
+      if (search == SearchWidth::kWide) {
+        for (const Grasp& grasp : role.grasps->grasps) {
+          score.manipulability =
+              std::max(score.manipulability, role.map((X_WO * grasp.X_OT).translation()));
+        }
+      }
+      if (!only.empty() && score.arm != only) {
+        score.rejected = "not asked for";
+      } else if (score.manipulability <= 0) {
+        score.rejected = "does not reach";
+      } else {
+        ranking.arms.push_back({arm, score.manipulability});
+      }
+    }
+    ranking.scores.push_back(std::move(score));
+  }
+  std::stable_sort(
+      ranking.arms.begin(), ranking.arms.end(),
+      [](const RankedArm& a, const RankedArm& b) { return a.manipulability > b.manipulability; });
+  return ranking;
+}
+
+}  // namespace handover

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/handover/cell_state.hpp"
+
+#include <algorithm>
+
+namespace handover {
+namespace {
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+/// Bodies of what an object rests on, by name.
+std::vector<BodyId> bodiesOf(const HandoverProblem& problem,
+                             const std::vector<std::string>& names) {
+  std::vector<BodyId> bodies;
+  for (const auto& name : names) {
+    const int object = problem.scene->findObject(name);
+    if (object >= 0) bodies.push_back(problem.collision->objectBody(object));
+  }
+  return bodies;
+}
+
+}  // namespace
+
+std::shared_ptr<const CollisionScene> collisionForTask(const Scene& scene,
+                                                       const std::string& object) {
+  Scene lifted = scene;
+  const int index = lifted.findObject(object);
+  if (index >= 0) lifted.objects[at(index)].resting.clear();
+  return std::make_shared<const CollisionScene>(lifted);
+}
+
+CheckerFactory::CheckerFactory(const HandoverProblem& problem, const Role& giver,
+                               const Role& receiver, CollisionWorld& world)
+    : problem_(problem),
+      giver_(giver),
+      receiver_(receiver),
+      world_(world),
+      object_(problem.scene->findObject(problem.task.object)),
+      object_body_(problem.collision->objectBody(object_)),
+      start_rest_(bodiesOf(problem, problem.scene->objects[at(object_)].resting)),
+      goal_rest_(bodiesOf(problem, problem.task.goal_rest)) {}
+
+CellState CheckerFactory::startState() const {
+  CellState state;
+  for (const auto& robot : problem_.scene->robots) state.q.push_back(robot.q_start);
+  state.X_WO = problem_.task.X_WO_start;
+  return state;
+}
+
+BodyPairs CheckerFactory::allowed(const AllowedContacts& contacts) const {
+  BodyPairs pairs(problem_.collision->bodies());
+  const std::vector<BodyId> object{object_body_};
+  if (contacts.giver_hand) pairs.insert(giver_.hand_bodies, object);
+  if (contacts.receiver_hand) pairs.insert(receiver_.hand_bodies, object);
+  if (contacts.start_rest) pairs.insert(start_rest_, object);
+  if (contacts.goal_rest) pairs.insert(goal_rest_, object);
+  return pairs;
+}
+
+std::vector<NamePair> CheckerFactory::names(const AllowedContacts& contacts) const {
+  std::vector<NamePair> pairs;
+  const auto add = [&](const std::vector<BodyId>& bodies) {
+    for (const BodyId body : bodies) {
+      pairs.emplace_back(problem_.collision->name(body), problem_.task.object);
+    }
+  };
+  if (contacts.giver_hand) add(giver_.hand_bodies);
+  if (contacts.receiver_hand) add(receiver_.hand_bodies);
+  if (contacts.start_rest) add(start_rest_);
+  if (contacts.goal_rest) add(goal_rest_);
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
+StateChecker CheckerFactory::make(const CellState& state, const Role& mover,
+                                  const std::vector<int>& dofs, const AllowedContacts& contacts,
+                                  const std::vector<BodyId>& ignored) const {
+  StateCheckerSetup setup(*problem_.collision, mover.robot, dofs);
+  setup.q = state.q;
+  if (state.holder == &mover) {
+    setup.held = HeldObject{object_, mover.arm_model->tool_link, state.X_TO};
+  }
+  setup.X_WO[at(object_)] = state.X_WO;
+  setup.allowed = allowed(contacts);
+  if (!ignored.empty()) setup.allowed.insert(armBodies(mover), ignored);
+  return StateChecker(world_, std::move(setup));
+}
+
+std::vector<BodyId> CheckerFactory::armBodies(const Role& role) const {
+  std::vector<int> dofs = role.arm_model->dofs;
+  dofs.insert(dofs.end(), role.hand->dofs.begin(), role.hand->dofs.end());
+  std::vector<BodyId> bodies;
+  for (const int link : role.model->linksMovedBy(dofs)) {
+    const BodyId body = problem_.collision->linkBody(role.robot, link);
+    if (body >= 0) bodies.push_back(body);
+  }
+  return bodies;
+}
+
+}  // namespace handover

@@ -1,0 +1,514 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/handover/exchange.hpp"
+
+#include "core/motion/straight.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace handover {
+namespace {
+
+constexpr double kBackOff = 0.10;  // pre-grasp and retreat [m] (scenes.md §4.4)
+constexpr std::array<double, 3> kLift{0.08, 0.05,
+                                      0.03};  // lift and last descent [m], first that works
+constexpr double kMaxJointStep = 0.03;        // between collision checks of a route [rad]
+
+std::uint64_t mix(std::uint64_t x) {  // splitmix64's finaliser
+  x += 0x9e3779b97f4a7c15ull;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+  return x ^ (x >> 31);
+}
+
+JointPath reversed(JointPath path) {
+  std::reverse(path.waypoints.begin(), path.waypoints.end());
+  return path;
+}
+
+/// `first` then `second`, which starts where the first ends.
+JointPath joined(JointPath first, const JointPath& second) {
+  first.waypoints.insert(first.waypoints.end(), second.waypoints.begin() + 1,
+                         second.waypoints.end());
+  return first;
+}
+
+Pose raised(Pose X, double height) {
+  X.translation().z() += height;
+  return X;
+}
+
+const Grasp& graspOf(const Role& role, const FeasibleGrasp& feasible) {
+  return role.grasps->grasps[static_cast<std::size_t>(feasible.grasp)];
+}
+
+/// The stage's waypoints over the arm's joints, and over the fingers' too when these have to move:
+/// they go evenly with the arm's way.
+void setArmPath(StagePath& stage, const JointPath& path, const Eigen::VectorXd& fingers_from,
+                const Eigen::VectorXd& fingers_to) {
+  const Role& role = *stage.mover;
+  stage.dofs = role.arm_model->dofs;
+  const bool fingers_move = (fingers_from - fingers_to).cwiseAbs().maxCoeff() > 1e-9;
+  if (fingers_move)
+    stage.dofs.insert(stage.dofs.end(), role.hand->dofs.begin(), role.hand->dofs.end());
+
+  double length = 0;
+  for (std::size_t i = 1; i < path.waypoints.size(); ++i) {
+    length += (path.waypoints[i] - path.waypoints[i - 1]).norm();
+  }
+  double gone = 0;
+  for (std::size_t i = 0; i < path.waypoints.size(); ++i) {
+    const ArmVector& q = path.waypoints[i];
+    if (i > 0) gone += (q - path.waypoints[i - 1]).norm();
+    Eigen::VectorXd waypoint(static_cast<Eigen::Index>(stage.dofs.size()));
+    waypoint.head(q.size()) = q;
+    if (fingers_move) {
+      const double fraction = length > 0 ? gone / length : (i == 0 ? 0.0 : 1.0);
+      waypoint.tail(fingers_from.size()) =
+          i + 1 == path.waypoints.size()
+              ? fingers_to
+              : Eigen::VectorXd(fingers_from + fraction * (fingers_to - fingers_from));
+    }
+    stage.waypoints.push_back(std::move(waypoint));
+  }
+}
+
+void setFingerPath(StagePath& stage, const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
+  stage.dofs = stage.mover->hand->dofs;
+  stage.waypoints = {from, to};
+}
+
+}  // namespace
+
+ExchangePlanner::ExchangePlanner(const HandoverProblem& problem, const Role& giver,
+                                 const Role& receiver, CollisionWorld& world,
+                                 const ExchangeBudget& budget, const Deadline& deadline)
+    : problem_(problem),
+      giver_(giver),
+      receiver_(receiver),
+      budget_(budget),
+      deadline_(deadline),
+      checkers_(problem, giver, receiver, world),
+      start_(checkers_.startState()) {}
+
+std::uint64_t ExchangePlanner::seedFor(StageKind kind, int grasp) const {
+  return mix(mix(mix(problem_.seed) ^ static_cast<std::uint64_t>(kind)) ^
+             static_cast<std::uint64_t>(grasp + 1));
+}
+
+MotionProblem ExchangePlanner::motionProblem(const Role& role, StateChecker& checker) const {
+  MotionProblem motion;
+  motion.lower = role.kinematics->lower();
+  motion.upper = role.kinematics->upper();
+  motion.valid = [&checker](const ArmVector& q) { return checker.valid(q); };
+  motion.resolution = kMaxJointStep;
+  return motion;
+}
+
+std::optional<JointPath> ExchangePlanner::straight(const Role& role, const ArmVector& q,
+                                                   const Pose& X_WT, const Pose& X_WT_end,
+                                                   StateChecker& checker) {
+  auto line = straightLine(*role.kinematics, q, role.worldToArm(X_WT), role.worldToArm(X_WT_end),
+                           StraightSettings{},
+                           [&](const ArmVector& q_step) { return checker.valid(q_step); });
+  if (!line) return std::nullopt;
+  return std::move(*line);
+}
+
+std::optional<JointPath> ExchangePlanner::route(const Role& role, const ArmVector& from,
+                                                const ArmVector& to, StateChecker& checker,
+                                                StageKind kind, int grasp) {
+  const MotionProblem motion = motionProblem(role, checker);
+  IkBiRrtSettings settings;
+  settings.seed = seedFor(kind, grasp);
+  settings.max_iterations = budget_.rrt_iterations;
+  const auto only_goal = [&](std::uint32_t i, ArmVector& q) {
+    q = to;
+    return i == 0;
+  };
+  auto path = planIkBiRrt(motion, from, only_goal, settings, deadline_);
+  if (!path) return std::nullopt;
+  return shortcut(motion, *path, settings.seed, budget_.shortcut_attempts, deadline_);
+}
+
+CellState ExchangePlanner::holding(CellState state, const Role& role, const Grasp& grasp,
+                                   const ArmVector& q) const {
+  RobotVector& robot = state.q[static_cast<std::size_t>(role.robot)];
+  robot = role.withFingers(role.withArm(std::move(robot), q), grasp.closed);
+  state.holder = &role;
+  state.X_TO = grasp.X_OT.inverse();
+  state.X_WO = role.toolPose(q) * state.X_TO;
+  return state;
+}
+
+// ---- Alg. 1
+// --------------------------------------------------------------------------------------
+
+namespace {
+
+/// Tests a grasp with the hand open and closed, everything else as in a state.
+class GraspChecker {
+ public:
+  GraspChecker(const CheckerFactory& checkers, CellState state, const Role& role,
+               AllowedContacts open, AllowedContacts closed, const std::vector<BodyId>& ignored)
+      : role_(role),
+        state_(std::move(state)),
+        open_(checkers.make(state_, role, role.arm_model->dofs, open, ignored)),
+        closed_(checkers.make(state_, role, role.arm_model->dofs, closed, ignored)) {}
+
+  std::optional<BodyContact> operator()(const Grasp& grasp, const ArmVector& q) {
+    if (auto hit = test(open_, grasp.open, q)) return hit;
+    return test(closed_, grasp.closed, q);
+  }
+
+ private:
+  std::optional<BodyContact> test(StateChecker& checker, const Eigen::VectorXd& fingers,
+                                  const ArmVector& q) {
+    RobotVector& robot = state_.q[static_cast<std::size_t>(role_.robot)];
+    robot = role_.withFingers(std::move(robot), fingers);
+    checker.setPosture(role_.robot, robot);
+    return checker.hit(q);
+  }
+
+  const Role& role_;
+  CellState state_;
+  StateChecker open_, closed_;
+};
+
+}  // namespace
+
+PrunedGrasps ExchangePlanner::pruneGiverAtStart() {
+  GraspChecker test(checkers_, start_, giver_, {.start_rest = true},
+                    {.giver_hand = true, .start_rest = true}, {});
+  return pruneGrasps(giver_, *problem_.collision, start_.X_WO, {}, std::ref(test),
+                     budget_.configurations * 2, deadline_);
+}
+
+PrunedGrasps ExchangePlanner::pruneReceiverAtGoal() {
+  CellState state = start_;
+  state.X_WO = problem_.task.X_WO_goal;
+  GraspChecker test(checkers_, state, receiver_, {.goal_rest = true},
+                    {.receiver_hand = true, .goal_rest = true}, {});
+  return pruneGrasps(receiver_, *problem_.collision, state.X_WO, {}, std::ref(test),
+                     budget_.configurations * 2, deadline_);
+}
+
+PrunedGrasps ExchangePlanner::pruneReceiverAt(const Pose& X_WH, int receiver_grasp) {
+  CellState state = start_;
+  state.X_WO = X_WH;
+  GraspChecker test(checkers_, state, receiver_, {}, {.receiver_hand = true},
+                    checkers_.armBodies(giver_));
+  return pruneGrasps(receiver_, *problem_.collision, X_WH, {receiver_grasp}, std::ref(test),
+                     budget_.configurations * 2, deadline_);
+}
+
+PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp& receive,
+                                           const std::vector<int>& candidates) {
+  CellState state = start_;
+  state.X_WO = X_WH;
+  RobotVector& robot = state.q[static_cast<std::size_t>(receiver_.robot)];
+  robot = receiver_.withFingers(receiver_.withArm(std::move(robot), receive.configurations.front()),
+                                graspOf(receiver_, receive).closed);
+  const AllowedContacts both{.giver_hand = true, .receiver_hand = true};
+  GraspChecker test(checkers_, state, giver_, both, both, {});
+  return pruneGrasps(giver_, *problem_.collision, X_WH, candidates, std::ref(test),
+                     budget_.configurations * 2, deadline_);
+}
+
+// ---- motions
+// -------------------------------------------------------------------------------------
+
+const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(
+    const FeasibleGrasp& pick) {
+  const auto [entry, fresh] = picks_.try_emplace(pick.grasp);
+  std::optional<PickMotion>& found = entry->second;
+  if (!fresh) return found;
+  const Grasp& grasp = graspOf(giver_, pick);
+  const auto robot = static_cast<std::size_t>(giver_.robot);
+
+  CellState open = start_;
+  open.q[robot] = giver_.withFingers(std::move(open.q[robot]), grasp.open);
+  StateChecker open_checker =
+      checkers_.make(open, giver_, giver_.arm_model->dofs, {.start_rest = true});
+
+  const Pose X_WT = start_.X_WO * grasp.X_OT;
+
+  // Goals enter the goal tree as the search asks for them: each is the pre-grasp of one
+  // configuration from which the straight approach and the lift exist.
+  struct Candidate {
+    ArmVector q_pick;
+    JointPath approach, lift;
+  };
+
+  std::vector<Candidate> candidates;
+  std::size_t next = 0;
+  const auto draw = [&](std::uint32_t, ArmVector& goal) {
+    while (next < pick.configurations.size() && next < budget_.configurations) {
+      const ArmVector& q = pick.configurations[next++];
+      open_checker.activate();
+      if (!open_checker.valid(q)) continue;
+      const auto back = straight(giver_, q, X_WT, giver_.backedOff(X_WT, kBackOff), open_checker);
+      if (!back) continue;
+      const CellState held = holding(start_, giver_, grasp, q);
+      StateChecker held_checker = checkers_.make(held, giver_, giver_.arm_model->dofs,
+                                                 {.giver_hand = true, .start_rest = true});
+      std::optional<JointPath> lift;
+      if (held_checker.valid(q)) {
+        for (const double height : kLift) {
+          lift = straight(giver_, q, X_WT, raised(X_WT, height), held_checker);
+          if (lift) break;
+        }
+      }
+      open_checker.activate();
+      if (!lift) continue;
+      candidates.push_back({q, reversed(*back), *lift});
+      goal = back->waypoints.back();
+      return true;
+    }
+    return false;
+  };
+
+  open_checker.activate();
+  const MotionProblem motion = motionProblem(giver_, open_checker);
+  IkBiRrtSettings settings;
+  settings.seed = seedFor(StageKind::kGiverReach, pick.grasp);
+  settings.max_iterations = budget_.rrt_iterations;
+  std::uint32_t goal = 0;
+  auto reach = planIkBiRrt(motion, giver_.armOf(start_.q[robot]), draw, settings, deadline_, &goal);
+  if (!reach || goal >= candidates.size()) return found;
+  const JointPath short_reach =
+      shortcut(motion, *reach, settings.seed, budget_.shortcut_attempts, deadline_);
+  Candidate& chosen = candidates[goal];
+  found =
+      PickMotion{chosen.q_pick, short_reach, std::move(chosen.approach), std::move(chosen.lift)};
+  return found;
+}
+
+const std::optional<ExchangePlanner::PlaceMotion>& ExchangePlanner::placeMotion(
+    const FeasibleGrasp& place) {
+  const auto [entry, fresh] = places_.try_emplace(place.grasp);
+  std::optional<PlaceMotion>& found = entry->second;
+  if (!fresh) return found;
+  const Grasp& grasp = graspOf(receiver_, place);
+  const auto robot = static_cast<std::size_t>(receiver_.robot);
+  const Pose& X_WO_goal = problem_.task.X_WO_goal;
+  const Pose X_WT = X_WO_goal * grasp.X_OT;
+
+  CellState open = start_;
+  open.X_WO = X_WO_goal;
+  open.q[robot] = receiver_.withFingers(std::move(open.q[robot]), grasp.open);
+  StateChecker open_checker =
+      checkers_.make(open, receiver_, receiver_.arm_model->dofs, {.goal_rest = true});
+  for (std::size_t i = 0; i < place.configurations.size() && i < budget_.configurations; ++i) {
+    const ArmVector& q = place.configurations[i];
+    StateChecker held_checker =
+        checkers_.make(holding(start_, receiver_, grasp, q), receiver_, receiver_.arm_model->dofs,
+                       {.receiver_hand = true, .goal_rest = true});
+    if (!held_checker.valid(q)) continue;
+    std::optional<JointPath> up;
+    for (const double height : kLift) {
+      up = straight(receiver_, q, X_WT, raised(X_WT, height), held_checker);
+      if (up) break;
+    }
+    if (!up) continue;
+    open_checker.activate();
+    if (!open_checker.valid(q)) continue;
+    const auto back =
+        straight(receiver_, q, X_WT, receiver_.backedOff(X_WT, kBackOff), open_checker);
+    if (!back) continue;
+    const auto home = route(receiver_, back->waypoints.back(), receiver_.armOf(start_.q[robot]),
+                            open_checker, StageKind::kReceiverRetreat, place.grasp);
+    if (!home) continue;
+    found = PlaceMotion{q, reversed(*up), joined(*back, *home)};
+    return found;
+  }
+  return found;
+}
+
+std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHands(const HandoverTuple& tuple) {
+  const Grasp& grasp_g = graspOf(giver_, tuple.give);
+  const Grasp& grasp_r = graspOf(receiver_, tuple.receive);
+  const auto giver = static_cast<std::size_t>(giver_.robot);
+  const auto receiver = static_cast<std::size_t>(receiver_.robot);
+  const Pose X_WTg = tuple.X_WH * grasp_g.X_OT;
+  const Pose X_WTr = tuple.X_WH * grasp_r.X_OT;
+  const auto most = [&](const FeasibleGrasp& grasp) {
+    return std::min(grasp.configurations.size(), budget_.configurations);
+  };
+  for (std::size_t i = 0; i < most(tuple.give); ++i) {
+    const ArmVector& q_g = tuple.give.configurations[i];
+    CellState given = holding(start_, giver_, grasp_g, q_g);
+    given.X_WO = tuple.X_WH;
+    given.holder = nullptr;  // stands still while the receiver comes
+
+    CellState open = given;
+    open.q[receiver] = receiver_.withFingers(std::move(open.q[receiver]), grasp_r.open);
+    StateChecker arriving =
+        checkers_.make(open, receiver_, receiver_.arm_model->dofs, {.giver_hand = true});
+    for (std::size_t j = 0; j < most(tuple.receive); ++j) {
+      const ArmVector& q_r = tuple.receive.configurations[j];
+      arriving.activate();
+      if (!arriving.valid(q_r)) continue;
+      const auto back =
+          straight(receiver_, q_r, X_WTr, receiver_.backedOff(X_WTr, kBackOff), arriving);
+      if (!back) continue;
+
+      // The receiver has closed its hand; the giver's opens and leaves.
+      CellState taken = given;
+      taken.q[receiver] =
+          receiver_.withFingers(receiver_.withArm(taken.q[receiver], q_r), grasp_r.closed);
+      StateChecker closed = checkers_.make(taken, receiver_, receiver_.arm_model->dofs,
+                                           {.giver_hand = true, .receiver_hand = true});
+      if (!closed.valid(q_r)) continue;
+      taken.q[giver] = giver_.withFingers(std::move(taken.q[giver]), grasp_g.open);
+      StateChecker leaving =
+          checkers_.make(taken, giver_, giver_.arm_model->dofs, {.receiver_hand = true});
+      if (!leaving.valid(q_g)) continue;
+      const auto away = straight(giver_, q_g, X_WTg, giver_.backedOff(X_WTg, kBackOff), leaving);
+      if (!away) continue;
+      return Hands{q_g, q_r, reversed(*back), *away};
+    }
+  }
+  return std::nullopt;
+}
+
+std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
+    const HandoverTuple& tuple) {
+  const Grasp& grasp_g = graspOf(giver_, tuple.give);
+  const Grasp& grasp_r = graspOf(receiver_, tuple.receive);
+  const auto giver = static_cast<std::size_t>(giver_.robot);
+  const auto receiver = static_cast<std::size_t>(receiver_.robot);
+  const ArmVector q_g_start = giver_.armOf(start_.q[giver]);
+  const ArmVector q_r_start = receiver_.armOf(start_.q[receiver]);
+  const Eigen::VectorXd fingers_g = giver_.fingersOf(start_.q[giver]);
+  const Eigen::VectorXd fingers_r = receiver_.fingersOf(start_.q[receiver]);
+
+  const auto& place = placeMotion(tuple.place);
+  if (!place) return Failure{toString(StageKind::kReceiverPlace)};
+  const auto hands = joinHands(tuple);
+  if (!hands) return Failure{"hands"};
+  const auto& pick = pickMotion(tuple.pick);
+  if (!pick) return Failure{toString(StageKind::kGiverReach)};
+
+  std::vector<StagePath> stages;
+  const auto stage = [&](StageKind kind, const Role& mover, const CellState& state,
+                         const AllowedContacts& contacts,
+                         std::vector<const Role*> holders) -> StagePath& {
+    StagePath& added = stages.emplace_back();
+    added.kind = kind;
+    added.mover = &mover;
+    added.state = state;
+    added.contacts = contacts;
+    added.holders = std::move(holders);
+    return added;
+  };
+  const auto checkerOf = [&](const StagePath& of) {
+    return checkers_.make(of.state, *of.mover, of.mover->arm_model->dofs, of.contacts);
+  };
+
+  // The giver fetches the object.
+  CellState now = start_;
+  setArmPath(stage(StageKind::kGiverReach, giver_, now, {}, {}), pick->reach, fingers_g,
+             grasp_g.open);
+  now.q[giver] = giver_.withFingers(giver_.withArm(now.q[giver], pick->approach.waypoints.front()),
+                                    grasp_g.open);
+  setArmPath(stage(StageKind::kGiverApproach, giver_, now, {}, {}), pick->approach, grasp_g.open,
+             grasp_g.open);
+  now.q[giver] = giver_.withArm(now.q[giver], pick->q_pick);
+  setFingerPath(
+      stage(StageKind::kGiverGrasp, giver_, now, {.giver_hand = true, .start_rest = true}, {}),
+      grasp_g.open, grasp_g.closed);
+  now = holding(now, giver_, grasp_g, pick->q_pick);
+  setArmPath(stage(StageKind::kGiverLift, giver_, now, {.giver_hand = true, .start_rest = true},
+                   {&giver_}),
+             pick->lift, grasp_g.closed, grasp_g.closed);
+  now = holding(now, giver_, grasp_g, pick->lift.waypoints.back());
+  {
+    StagePath& transfer =
+        stage(StageKind::kGiverTransfer, giver_, now, {.giver_hand = true}, {&giver_});
+    StateChecker checker = checkerOf(transfer);
+    const auto path = route(giver_, pick->lift.waypoints.back(), hands->q_g, checker, transfer.kind,
+                            tuple.give.grasp);
+    if (!path) return Failure{toString(transfer.kind)};
+    setArmPath(transfer, *path, grasp_g.closed, grasp_g.closed);
+  }
+
+  // The receiver comes and takes it.
+  now = holding(now, giver_, grasp_g, hands->q_g);
+  now.holder = nullptr;
+  now.X_WO = tuple.X_WH;
+  {
+    StagePath& reach =
+        stage(StageKind::kReceiverReach, receiver_, now, {.giver_hand = true}, {&giver_});
+    CellState open = now;
+    open.q[receiver] = receiver_.withFingers(std::move(open.q[receiver]), grasp_r.open);
+    StateChecker checker =
+        checkers_.make(open, receiver_, receiver_.arm_model->dofs, reach.contacts);
+    const auto path = route(receiver_, q_r_start, hands->receiver_approach.waypoints.front(),
+                            checker, reach.kind, tuple.receive.grasp);
+    if (!path) return Failure{toString(reach.kind)};
+    setArmPath(reach, *path, fingers_r, grasp_r.open);
+  }
+  now.q[receiver] = receiver_.withFingers(
+      receiver_.withArm(now.q[receiver], hands->receiver_approach.waypoints.front()), grasp_r.open);
+  setArmPath(stage(StageKind::kReceiverApproach, receiver_, now, {.giver_hand = true}, {&giver_}),
+             hands->receiver_approach, grasp_r.open, grasp_r.open);
+  now.q[receiver] = receiver_.withArm(now.q[receiver], hands->q_r);
+  const AllowedContacts both{.giver_hand = true, .receiver_hand = true};
+  setFingerPath(stage(StageKind::kReceiverGrasp, receiver_, now, both, {&giver_}), grasp_r.open,
+                grasp_r.closed);
+  now.q[receiver] = receiver_.withFingers(now.q[receiver], grasp_r.closed);
+  setFingerPath(stage(StageKind::kGiverRelease, giver_, now, both, {&giver_, &receiver_}),
+                grasp_g.closed, grasp_g.open);
+  now.q[giver] = giver_.withFingers(now.q[giver], grasp_g.open);
+  {
+    StagePath& retreat =
+        stage(StageKind::kGiverRetreat, giver_, now, {.receiver_hand = true}, {&receiver_});
+    retreat.early_contacts = both;
+    StateChecker checker = checkerOf(retreat);
+    const auto path = route(giver_, hands->giver_back.waypoints.back(), q_g_start, checker,
+                            retreat.kind, tuple.give.grasp);
+    if (!path) return Failure{toString(retreat.kind)};
+    setArmPath(retreat, joined(hands->giver_back, *path), grasp_g.open, fingers_g);
+  }
+
+  // And puts it down.
+  now.q[giver] = start_.q[giver];
+  now = holding(now, receiver_, grasp_r, hands->q_r);
+  {
+    StagePath& transfer =
+        stage(StageKind::kReceiverTransfer, receiver_, now, {.receiver_hand = true}, {&receiver_});
+    StateChecker checker = checkerOf(transfer);
+    const auto path = route(receiver_, hands->q_r, place->place.waypoints.front(), checker,
+                            transfer.kind, tuple.place.grasp);
+    if (!path) return Failure{toString(transfer.kind)};
+    setArmPath(transfer, *path, grasp_r.closed, grasp_r.closed);
+  }
+  now = holding(now, receiver_, grasp_r, place->place.waypoints.front());
+  setArmPath(stage(StageKind::kReceiverPlace, receiver_, now,
+                   {.receiver_hand = true, .goal_rest = true}, {&receiver_}),
+             place->place, grasp_r.closed, grasp_r.closed);
+  now = holding(now, receiver_, grasp_r, place->q_place);
+  now.holder = nullptr;
+  now.X_WO = problem_.task.X_WO_goal;
+  const AllowedContacts releasing{.receiver_hand = true, .goal_rest = true};
+  setFingerPath(stage(StageKind::kReceiverRelease, receiver_, now, releasing, {}), grasp_r.closed,
+                grasp_r.open);
+  now.q[receiver] = receiver_.withFingers(now.q[receiver], grasp_r.open);
+  StagePath& retreat = stage(StageKind::kReceiverRetreat, receiver_, now, {}, {});
+  retreat.early_contacts = {.receiver_hand = true};
+  setArmPath(retreat, place->retreat, grasp_r.open, fingers_r);
+
+  Exchange exchange;
+  exchange.stages = std::move(stages);
+  exchange.giver_grasp = tuple.give.grasp;
+  exchange.receiver_grasp = tuple.receive.grasp;
+  exchange.X_WH = tuple.X_WH;
+  exchange.dexterity.giver_pick = giver_.kinematics->manipulability(pick->q_pick);
+  exchange.dexterity.giver_handover = giver_.kinematics->manipulability(hands->q_g);
+  exchange.dexterity.receiver_handover = receiver_.kinematics->manipulability(hands->q_r);
+  exchange.dexterity.receiver_place = receiver_.kinematics->manipulability(place->q_place);
+  return exchange;
+}
+
+}  // namespace handover

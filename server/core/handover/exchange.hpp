@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// The motions of one handover: from a tuple of grasps and a handover pose to fourteen stage paths
+// ([paper] §IV-E: IKBiRRT for reach, pick, handover and place).
+#pragma once
+
+#include "core/handover/cell_state.hpp"
+#include "core/handover/prune_grasps.hpp"
+#include "core/motion/ikbirrt.hpp"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace handover {
+
+/// A stage before timing: a polyline over some joints of one robot, and the world it happens in.
+struct StagePath {
+  StageKind kind = StageKind::kUnspecified;
+  const Role* mover = nullptr;
+  std::vector<int> dofs;  ///< of the mover's robot, as the waypoints list them
+  std::vector<Eigen::VectorXd> waypoints;
+  CellState state;                   ///< everything as the stage begins
+  AllowedContacts contacts;          ///< beyond the standing pairs, during the whole stage
+  AllowedContacts early_contacts;    ///< in the first 5 mm of motion only
+  std::vector<const Role*> holders;  ///< who holds the object
+};
+
+/// A complete handover before timing.
+struct Exchange {
+  std::vector<StagePath> stages;  ///< all fourteen, in order
+  int giver_grasp = -1, receiver_grasp = -1;
+  Pose X_WH = Pose::Identity();
+  Dexterity dexterity;  ///< at the configurations that the stages reach
+};
+
+/// [paper] Alg. 2: one of the set ℋ.
+struct HandoverTuple {
+  Pose X_WH = Pose::Identity();
+  FeasibleGrasp place;    ///< g_r at the goal
+  FeasibleGrasp receive;  ///< g_r at the handover
+  FeasibleGrasp pick;     ///< g_g at the start
+  FeasibleGrasp give;     ///< g_g at the handover, the receiver's hand in place
+};
+
+/// How hard the search tries; counts, never seconds.
+struct ExchangeBudget {
+  std::uint32_t rrt_iterations = 2'000;
+  std::uint32_t shortcut_attempts = 60;
+  std::size_t configurations = 6;  ///< of a grasp, tried as ends of motions
+};
+
+/// Plans the motions of tuples between one giver arm and one receiver arm, keeping what tuples
+/// share: the pick depends on g_g alone, the placing on g_r alone. Not thread-safe.
+class ExchangePlanner {
+ public:
+  ExchangePlanner(const HandoverProblem& problem, const Role& giver, const Role& receiver,
+                  CollisionWorld& world, const ExchangeBudget& budget, const Deadline& deadline);
+
+  /// Alg. 1 with O at the start, by the giver ([paper] §IV-C), and at the goal, by the receiver.
+  PrunedGrasps pruneGiverAtStart();
+  PrunedGrasps pruneReceiverAtGoal();
+  /// Alg. 3's last step: the receiver's grasp with O at X_WH, the giver's arm left out.
+  PrunedGrasps pruneReceiverAt(const Pose& X_WH, int receiver_grasp);
+  /// Alg. 2: the giver's grasps (of `candidates`) with O at X_WH and the receiver's hand in place.
+  PrunedGrasps pruneGiverAt(const Pose& X_WH, const FeasibleGrasp& receive,
+                            const std::vector<int>& candidates);
+
+  /// All motions of a tuple, or the stage at which none was found.
+  struct Failure {
+    std::string at;  ///< a stage's name or "hands"
+  };
+
+  std::variant<Exchange, Failure> connect(const HandoverTuple& tuple);
+
+  const CheckerFactory& checkers() const { return checkers_; }
+
+ private:
+  struct PickMotion {
+    ArmVector q_pick;
+    JointPath reach, approach, lift;
+  };
+
+  struct PlaceMotion {
+    ArmVector q_place;
+    JointPath place, retreat;  ///< from above down to q_place; back and home
+  };
+
+  struct Hands {
+    ArmVector q_g, q_r;
+    JointPath receiver_approach, giver_back;  ///< straight on to q_r; straight back from q_g
+  };
+
+  const std::optional<PickMotion>& pickMotion(const FeasibleGrasp& pick);
+  const std::optional<PlaceMotion>& placeMotion(const FeasibleGrasp& place);
+  std::optional<Hands> joinHands(const HandoverTuple& tuple);
+
+  /// The state with the object in the role's hand, closed by the grasp, at an arm configuration.
+  CellState holding(CellState state, const Role& role, const Grasp& grasp,
+                    const ArmVector& q) const;
+  std::optional<JointPath> straight(const Role& role, const ArmVector& q, const Pose& X_WT,
+                                    const Pose& X_WT_end, StateChecker& checker);
+  std::optional<JointPath> route(const Role& role, const ArmVector& from, const ArmVector& to,
+                                 StateChecker& checker, StageKind kind, int grasp);
+  MotionProblem motionProblem(const Role& role, StateChecker& checker) const;
+  std::uint64_t seedFor(StageKind kind, int grasp) const;
+
+  const HandoverProblem& problem_;
+  const Role& giver_;
+  const Role& receiver_;
+  const ExchangeBudget budget_;
+  const Deadline& deadline_;
+  CheckerFactory checkers_;
+  CellState start_;
+  std::map<int, std::optional<PickMotion>> picks_;    ///< by giver grasp
+  std::map<int, std::optional<PlaceMotion>> places_;  ///< by receiver grasp
+};
+
+}  // namespace handover

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where in space the object changes hands ([paper] §IV-B, Alg. 3 GetHandoverPose).
+#pragma once
+
+#include "core/reachability/reachability_map.hpp"
+
+#include <handover/common/pose.hpp>
+
+#include <vector>
+
+namespace handover {
+
+/// An arm's map placed in the world.
+struct PlacedMap {
+  const ReachabilityMap* map = nullptr;
+  Pose X_WA = Pose::Identity();
+  Eigen::Vector3d p_WShoulder = Eigen::Vector3d::Zero();
+
+  /// The map's entry at a world point; 0 = not reached.
+  double operator()(const Eigen::Vector3d& p_W) const { return (*map)(X_WA.inverse() * p_W); }
+};
+
+/// A point of the world lattice that both arms reach.
+struct LatticePoint {
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
+  double manipulability = 0;  ///< mean of both maps' entries
+};
+
+/// Lattice points (5 cm cells anchored at the world's origin, their centres) within `radius` of the
+/// shoulders' midpoint that both arms reach: best mean manipulability first, ties by lattice index.
+std::vector<LatticePoint> crossMaps(const PlacedMap& giver, const PlacedMap& receiver,
+                                    double radius);
+
+/// The receiver's hand orientation at the handover: the least rotation that turns its approach axis
+/// at the goal, R_WT_goal * approach_T, onto z_shoulder = giver's - receiver's shoulder; if
+/// antiparallel, half a turn about the hand's x axis. Then `turn` [rad] about z_shoulder (0 in the
+/// paper).
+/// @pre approach_T unit; the shoulders differ.
+Eigen::Matrix3d handoverRotation(const Eigen::Matrix3d& R_WT_goal,
+                                 const Eigen::Vector3d& approach_T,
+                                 const Eigen::Vector3d& p_WShoulder_giver,
+                                 const Eigen::Vector3d& p_WShoulder_receiver, double turn = 0);
+
+}  // namespace handover

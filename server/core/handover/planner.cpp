@@ -1,0 +1,471 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/handover/planner.hpp"
+
+#include "core/handover/arm_selection.hpp"
+#include "core/handover/exchange.hpp"
+#include "core/handover/stage_timing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+
+namespace handover {
+namespace {
+
+constexpr double kNeighbourhood = 0.20;      // [paper] §IV-B: lattice points near the midpoint [m]
+constexpr std::size_t kWidePoints = 24;      // lattice points that `wide` adds, by score
+constexpr int kWideTurns = 8;                // rotations about z_shoulder that `wide` adds
+constexpr std::uint32_t kWidePoses = 1'500;  // handover poses that `wide` asks for at most
+constexpr std::size_t kTuplesPerPose = 3;    // tuples of one pose whose motions are tried
+constexpr std::uint32_t kConnectAttempts = 60;  // tuples of a request whose motions are tried
+
+/// Something ended the search before its answer: an outcome by itself.
+struct Ended {
+  Outcome outcome;
+};
+
+NamePair namesOf(const CollisionScene& scene, const BodyContact& contact) {
+  return {scene.name(contact.a), scene.name(contact.b)};
+}
+
+Failed failed(FailureReason reason, std::string filter, std::string text,
+              std::vector<RejectCount> causes) {
+  Failed result;
+  result.reason = reason;
+  result.explanation.filter = std::move(filter);
+  result.explanation.text = std::move(text);
+  result.explanation.causes = std::move(causes);
+  return result;
+}
+
+/// The search for one request: the paper's candidates first, then what `wide` adds.
+class HandoverSearch {
+ public:
+  HandoverSearch(const HandoverProblem& problem, StageSink& sink, const Deadline& deadline)
+      : problem_(problem), sink_(sink), deadline_(deadline), world_(problem.collision) {}
+
+  Outcome run() {
+    try {
+      return search();
+    } catch (const Ended& ended) {
+      return ended.outcome;
+    }
+  }
+
+ private:
+  /// One giver arm with one receiver arm.
+  struct Pairing {
+    int giver_arm, receiver_arm;
+    const Role* giver;
+    const Role* receiver;
+    std::unique_ptr<ExchangePlanner> exchange;
+    std::vector<LatticePoint> points;
+    std::vector<const FeasibleGrasp*> place_order;  ///< 𝒢_r, most dexterous placing first
+    std::vector<int> giver_candidates;              ///< 𝒢_g
+  };
+
+  Outcome search();
+  void checkStart();
+  void checkGoal();
+  void checkDeadline() const;
+  const PrunedGrasps& giverGrasps(Pairing& pairing);
+  const PrunedGrasps& receiverGrasps(Pairing& pairing);
+  void emitPruned(const Role& role, const PrunedGrasps& pruned);
+  bool open(Pairing& pairing);
+  bool tryPoses(Pairing& pairing, bool wide);
+  bool tryPose(Pairing& pairing, const FeasibleGrasp& place, const LatticePoint& point, double turn,
+               HandoverCandidates& counts, RejectTally& rejects);
+  bool tryTuples(Pairing& pairing, std::vector<HandoverTuple> tuples, std::size_t most);
+  void keepSolution(const Pairing& pairing, const Exchange& exchange,
+                    std::vector<StageTrajectory> trajectories);
+  void emitFinal();
+  Outcome explain() const;
+  const FeasibleGrasp& pickOf(const Pairing& pairing, int giver_grasp) const;
+
+  const HandoverProblem& problem_;
+  StageSink& sink_;
+  const Deadline& deadline_;
+  CollisionWorld world_;
+  std::map<std::pair<int, int>, Role> roles_;     ///< by robot and arm
+  std::map<int, PrunedGrasps> given_, received_;  ///< by arm
+  RejectTally handover_rejects_, motion_rejects_;
+  std::optional<std::pair<Solution, std::vector<StageTrajectory>>> final_;
+  std::vector<HandoverTuple> all_tuples_;  ///< mode all: of the pairing at hand
+  std::uint32_t tuples_seen_ = 0, connects_ = 0, lattice_points_ = 0;
+};
+
+void HandoverSearch::checkDeadline() const {
+  switch (deadline_.state()) {
+    case Deadline::State::kOpen:
+      return;
+    case Deadline::State::kCancelled:
+      throw Ended{Cancelled{}};
+    case Deadline::State::kPassed:
+      throw Ended{failed(FailureReason::kDeadline, "deadline",
+                         "The deadline passed before a plan was found.", motion_rejects_.counts())};
+  }
+}
+
+/// Nothing that can move may touch anything before the plan begins.
+void HandoverSearch::checkStart() {
+  const Scene& scene = *problem_.scene;
+  const int object = scene.findObject(problem_.task.object);
+  std::vector<BodyId> moving{problem_.collision->objectBody(object)};
+  for (int robot = 0; robot < static_cast<int>(scene.robots.size()); ++robot) {
+    const RobotModel& model = *scene.robots[static_cast<std::size_t>(robot)].model;
+    std::vector<int> dofs;
+    for (const Arm& arm : model.arms) dofs.insert(dofs.end(), arm.dofs.begin(), arm.dofs.end());
+    for (const Hand& hand : model.hands)
+      dofs.insert(dofs.end(), hand.dofs.begin(), hand.dofs.end());
+    for (const BodyId body : problem_.collision->linkBodies(robot, model.linksMovedBy(dofs))) {
+      if (body >= 0) moving.push_back(body);
+    }
+  }
+  BodyPairs allowed(problem_.collision->bodies());
+  for (const auto& rest : scene.objects[static_cast<std::size_t>(object)].resting) {
+    if (const int under = scene.findObject(rest); under >= 0) {
+      allowed.insert(problem_.collision->objectBody(under), moving.front());
+    }
+  }
+  world_.reset();
+  world_.setPose(moving.front(), problem_.task.X_WO_start);
+  RejectTally hits;
+  for (const BodyContact& contact : world_.contacts(world_.makePairs(moving, allowed))) {
+    hits.add("collision", namesOf(*problem_.collision, contact));
+  }
+  if (hits.total() == 0) return;
+  const auto causes = hits.counts();
+  throw Ended{failed(
+      FailureReason::kStartInCollision, "start",
+      "At the start " + causes.front().pair.first + " touches " + causes.front().pair.second + ".",
+      causes)};
+}
+
+/// The object at its goal may touch what it is to rest on and arms that can move away.
+void HandoverSearch::checkGoal() {
+  const Scene& scene = *problem_.scene;
+  const BodyId object = problem_.collision->objectBody(scene.findObject(problem_.task.object));
+  BodyPairs allowed(problem_.collision->bodies());
+  for (const auto& rest : problem_.task.goal_rest) {
+    if (const int under = scene.findObject(rest); under >= 0) {
+      allowed.insert(problem_.collision->objectBody(under), object);
+    }
+  }
+  for (int robot = 0; robot < static_cast<int>(scene.robots.size()); ++robot) {
+    const RobotModel& model = *scene.robots[static_cast<std::size_t>(robot)].model;
+    for (int arm = 0; arm < static_cast<int>(model.arms.size()); ++arm) {
+      if (!unfitReason(problem_, robot, arm).empty()) continue;
+      for (const BodyId body : problem_.collision->linkBodies(
+               robot, model.linksMovedBy(model.arms[static_cast<std::size_t>(arm)].dofs))) {
+        if (body >= 0) allowed.insert(body, object);
+      }
+    }
+  }
+  world_.reset();
+  world_.setPose(object, problem_.task.X_WO_goal);
+  RejectTally hits;
+  for (const BodyContact& contact : world_.contacts(world_.makePairs({object}, allowed))) {
+    hits.add("collision", namesOf(*problem_.collision, contact));
+  }
+  if (hits.total() == 0) return;
+  const auto causes = hits.counts();
+  throw Ended{failed(
+      FailureReason::kGoalInCollision, "goal",
+      "At its goal " + causes.front().pair.first + " touches " + causes.front().pair.second + ".",
+      causes)};
+}
+
+void HandoverSearch::emitPruned(const Role& role, const PrunedGrasps& pruned) {
+  sink_.emit(GraspsPruned{role.robotName(), role.armName(), pruned.tested,
+                          static_cast<std::uint32_t>(pruned.kept.size()), pruned.rejects.counts()});
+}
+
+const PrunedGrasps& HandoverSearch::giverGrasps(Pairing& pairing) {
+  const auto [entry, fresh] = given_.try_emplace(pairing.giver_arm);
+  if (fresh) {
+    entry->second = pairing.exchange->pruneGiverAtStart();
+    checkDeadline();
+    emitPruned(*pairing.giver, entry->second);
+  }
+  return entry->second;
+}
+
+const PrunedGrasps& HandoverSearch::receiverGrasps(Pairing& pairing) {
+  const auto [entry, fresh] = received_.try_emplace(pairing.receiver_arm);
+  if (fresh) {
+    entry->second = pairing.exchange->pruneReceiverAtGoal();
+    checkDeadline();
+    emitPruned(*pairing.receiver, entry->second);
+  }
+  return entry->second;
+}
+
+/// Prunes both sets and crosses the maps; false when nothing is left of one of them.
+bool HandoverSearch::open(Pairing& pairing) {
+  const PrunedGrasps& given = giverGrasps(pairing);
+  if (given.kept.empty()) return false;
+  const PrunedGrasps& received = receiverGrasps(pairing);
+  if (received.kept.empty()) return false;
+  for (const auto& grasp : given.kept) pairing.giver_candidates.push_back(grasp.grasp);
+  for (const auto& grasp : received.kept) pairing.place_order.push_back(&grasp);
+  std::stable_sort(pairing.place_order.begin(), pairing.place_order.end(),
+                   [](const FeasibleGrasp* a, const FeasibleGrasp* b) {
+                     return a->manipulability > b->manipulability;
+                   });
+  pairing.points = crossMaps(pairing.giver->map, pairing.receiver->map, kNeighbourhood);
+  lattice_points_ += static_cast<std::uint32_t>(pairing.points.size());
+  return !pairing.points.empty();
+}
+
+const FeasibleGrasp& HandoverSearch::pickOf(const Pairing& pairing, int giver_grasp) const {
+  const auto& kept = given_.at(pairing.giver_arm).kept;
+  return *std::lower_bound(kept.begin(), kept.end(), giver_grasp,
+                           [](const FeasibleGrasp& a, int grasp) { return a.grasp < grasp; });
+}
+
+bool HandoverSearch::tryTuples(Pairing& pairing, std::vector<HandoverTuple> tuples,
+                               std::size_t most) {
+  // The paper's choice: r's manipulability at the placing; then the giver's arm, ties by
+  // generation.
+  std::stable_sort(tuples.begin(), tuples.end(),
+                   [](const HandoverTuple& a, const HandoverTuple& b) {
+                     return std::pair(a.place.manipulability, a.give.manipulability) >
+                            std::pair(b.place.manipulability, b.give.manipulability);
+                   });
+  for (std::size_t i = 0; i < tuples.size() && i < most && connects_ < kConnectAttempts; ++i) {
+    checkDeadline();
+    ++connects_;
+    const auto connected = pairing.exchange->connect(tuples[i]);
+    checkDeadline();
+    if (const auto* failure = std::get_if<ExchangePlanner::Failure>(&connected)) {
+      motion_rejects_.add(failure->at);
+      continue;
+    }
+    const Exchange& exchange = std::get<Exchange>(connected);
+    auto timed = timeStages(problem_, pairing.exchange->checkers(), exchange, 0);
+    if (const auto* failure = std::get_if<TimingFailure>(&timed)) {
+      motion_rejects_.add("timing " + failure->stage, {failure->detail, {}});
+      continue;
+    }
+    keepSolution(pairing, exchange, std::get<std::vector<StageTrajectory>>(std::move(timed)));
+    return true;
+  }
+  return false;
+}
+
+bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
+                             const LatticePoint& point, double turn, HandoverCandidates& counts,
+                             RejectTally& rejects) {
+  const Role& receiver = *pairing.receiver;
+  const Grasp& grasp = receiver.grasps->grasps[static_cast<std::size_t>(place.grasp)];
+  const Pose X_WT_goal = problem_.task.X_WO_goal * grasp.X_OT;
+  Pose X_WT = Pose::Identity();
+  X_WT.linear() = handoverRotation(X_WT_goal.linear(), receiver.arm_model->approach_axis,
+                                   pairing.giver->map.p_WShoulder, receiver.map.p_WShoulder, turn);
+  X_WT.translation() = point.p_W;
+  const Pose X_WH = X_WT * grasp.X_OT.inverse();
+  ++counts.poses_tried;
+
+  const PrunedGrasps receive = pairing.exchange->pruneReceiverAt(X_WH, place.grasp);
+  rejects.add(receive.rejects);
+  if (receive.kept.empty()) return false;
+  const PrunedGrasps give =
+      pairing.exchange->pruneGiverAt(X_WH, receive.kept.front(), pairing.giver_candidates);
+  rejects.add(give.rejects);
+  if (give.kept.empty()) return false;
+  ++counts.poses;
+  counts.tuples += static_cast<std::uint32_t>(give.kept.size());
+  tuples_seen_ += static_cast<std::uint32_t>(give.kept.size());
+
+  std::vector<HandoverTuple> tuples;
+  for (const FeasibleGrasp& given : give.kept) {
+    tuples.push_back({X_WH, place, receive.kept.front(), pickOf(pairing, given.grasp), given});
+  }
+  if (problem_.mode == SearchMode::kAll) {
+    all_tuples_.insert(all_tuples_.end(), tuples.begin(), tuples.end());
+    return false;
+  }
+  return tryTuples(pairing, std::move(tuples), kTuplesPerPose);
+}
+
+/// Goes through handover poses, best placing first; true when a plan was emitted.
+bool HandoverSearch::tryPoses(Pairing& pairing, bool wide) {
+  HandoverCandidates counts;
+  RejectTally rejects;
+  counts.giver_arm = pairing.giver->armName();
+  counts.receiver_arm = pairing.receiver->armName();
+  counts.voxels = static_cast<std::uint32_t>(pairing.points.size());
+  all_tuples_.clear();
+
+  const std::size_t points = wide ? std::min(kWidePoints, pairing.points.size()) : 1;
+  const int turns = wide ? kWideTurns : 1;
+  bool solved = false;
+  for (std::size_t point = 0; point < points && !solved; ++point) {
+    for (int turn = 0; turn < turns && !solved; ++turn) {
+      if (wide && point == 0 && turn == 0) continue;  // the paper's, tried already
+      for (const FeasibleGrasp* place : pairing.place_order) {
+        checkDeadline();
+        if (counts.poses_tried >= kWidePoses || connects_ >= kConnectAttempts) break;
+        solved = tryPose(pairing, *place, pairing.points[point], 2 * M_PI * turn / kWideTurns,
+                         counts, rejects);
+        if (solved) break;
+      }
+    }
+  }
+  counts.rejects = rejects.counts();
+  handover_rejects_.add(rejects);
+  sink_.emit(counts);
+  if (!solved && problem_.mode == SearchMode::kAll && !all_tuples_.empty()) {
+    solved = tryTuples(pairing, std::move(all_tuples_), kConnectAttempts);
+  }
+  if (solved) emitFinal();
+  return solved;
+}
+
+Outcome HandoverSearch::search() {
+  sink_.emit(snapshot(*problem_.scene, problem_.task, problem_.seed));
+  checkDeadline();
+  checkStart();
+  checkGoal();
+
+  const int giver = problem_.scene->findRobot(problem_.task.giver);
+  const int receiver = problem_.scene->findRobot(problem_.task.receiver);
+  ArmRanking givers =
+      rankArms(problem_, giver, problem_.task.X_WO_start, problem_.giver_arm, problem_.search);
+  ArmRanking receivers =
+      rankArms(problem_, receiver, problem_.task.X_WO_goal, problem_.receiver_arm, problem_.search);
+  if (problem_.search == SearchWidth::kPaper && givers.arms.size() > 1) givers.arms.resize(1);
+
+  ArmSelected selected;
+  const auto nameOf = [&](int robot, const ArmRanking& ranking) -> std::string {
+    if (ranking.arms.empty()) return {};
+    const auto& model = *problem_.scene->robots[static_cast<std::size_t>(robot)].model;
+    return model.arms[static_cast<std::size_t>(ranking.arms.front().arm)].name;
+  };
+  selected.giver_arm = nameOf(giver, givers);
+  selected.receiver_arm = nameOf(receiver, receivers);
+  selected.scores = givers.scores;
+  selected.scores.insert(selected.scores.end(), receivers.scores.begin(), receivers.scores.end());
+  sink_.emit(selected);
+  const auto armCauses = [](const ArmRanking& ranking) {
+    RejectTally tally;
+    for (const auto& score : ranking.scores)
+      tally.add(score.rejected, {score.robot + "/" + score.arm, {}});
+    return tally.counts(8);
+  };
+  if (givers.arms.empty()) {
+    return failed(FailureReason::kStartUnreachable, "giver_arms",
+                  "No arm of " + problem_.task.giver + " can reach " + problem_.task.object +
+                      " at its start.",
+                  armCauses(givers));
+  }
+  if (receivers.arms.empty()) {
+    return failed(FailureReason::kGoalUnreachable, "receiver_arms",
+                  "No arm of " + problem_.task.receiver + " can reach " + problem_.task.object +
+                      " at its goal.",
+                  armCauses(receivers));
+  }
+
+  for (const auto& [robot, ranking] :
+       {std::pair(giver, &givers), std::pair(receiver, &receivers)}) {
+    for (const auto& ranked : ranking->arms)
+      roles_.emplace(std::pair(robot, ranked.arm), makeRole(problem_, robot, ranked.arm));
+  }
+  std::vector<Pairing> pairings;
+  for (const auto& g : givers.arms) {
+    for (const auto& r : receivers.arms) {
+      Pairing& pairing = pairings.emplace_back();
+      pairing.giver_arm = g.arm;
+      pairing.receiver_arm = r.arm;
+      pairing.giver = &roles_.at({giver, g.arm});
+      pairing.receiver = &roles_.at({receiver, r.arm});
+      pairing.exchange = std::make_unique<ExchangePlanner>(
+          problem_, *pairing.giver, *pairing.receiver, world_, ExchangeBudget{}, deadline_);
+    }
+  }
+  std::vector<bool> usable(pairings.size());
+  for (std::size_t i = 0; i < pairings.size(); ++i) {
+    usable[i] = open(pairings[i]);
+    if (usable[i] && tryPoses(pairings[i], false)) return Done{0, true};
+  }
+  if (problem_.search == SearchWidth::kWide) {
+    for (std::size_t i = 0; i < pairings.size(); ++i) {
+      if (usable[i] && tryPoses(pairings[i], true)) return Done{0, true};
+    }
+  }
+  return explain();
+}
+
+/// No plan: names the first filter that emptied.
+Outcome HandoverSearch::explain() const {
+  const auto emptied = [](const std::map<int, PrunedGrasps>& sets, RejectTally& tally) {
+    bool empty = true;
+    for (const auto& [arm, pruned] : sets) {
+      tally.add(pruned.rejects);
+      empty = empty && pruned.kept.empty();
+    }
+    return empty;
+  };
+  RejectTally tally;
+  if (emptied(given_, tally)) {
+    return failed(
+        FailureReason::kNoGraspAtStart, "giver_grasps",
+        problem_.task.giver + " has no free grasp of " + problem_.task.object + " at its start.",
+        tally.counts());
+  }
+  tally = {};
+  if (emptied(received_, tally)) {
+    return failed(
+        FailureReason::kNoGraspAtGoal, "receiver_grasps",
+        problem_.task.receiver + " has no free grasp of " + problem_.task.object + " at its goal.",
+        tally.counts());
+  }
+  if (lattice_points_ == 0) {
+    return failed(FailureReason::kNoCommonWorkspace, "common_workspace",
+                  "No point near the middle of the shoulders is in reach of both robots.", {});
+  }
+  if (tuples_seen_ == 0) {
+    return failed(FailureReason::kNoHandoverPose, "handover_poses",
+                  "No handover pose lets both hands hold " + problem_.task.object + ".",
+                  handover_rejects_.counts());
+  }
+  return failed(FailureReason::kNoPath, "motions",
+                "Grasps and handover poses exist, but no motion between them was found.",
+                motion_rejects_.counts());
+}
+
+void HandoverSearch::keepSolution(const Pairing& pairing, const Exchange& exchange,
+                                  std::vector<StageTrajectory> trajectories) {
+  Solution solution;
+  solution.giver_arm = pairing.giver->armName();
+  solution.receiver_arm = pairing.receiver->armName();
+  solution.giver_tool_link = pairing.giver->toolLink();
+  solution.receiver_tool_link = pairing.receiver->toolLink();
+  solution.giver_grasp = static_cast<std::uint32_t>(exchange.giver_grasp);
+  solution.receiver_grasp = static_cast<std::uint32_t>(exchange.receiver_grasp);
+  solution.X_WO_handover = toValue(exchange.X_WH);
+  const auto graspPose = [](const Role& role, int grasp) {
+    return toValue(role.grasps->grasps[static_cast<std::size_t>(grasp)].X_OT);
+  };
+  solution.X_OT_giver = graspPose(*pairing.giver, exchange.giver_grasp);
+  solution.X_OT_receiver = graspPose(*pairing.receiver, exchange.receiver_grasp);
+  solution.dexterity = exchange.dexterity;
+  final_ = std::pair(std::move(solution), std::move(trajectories));
+}
+
+/// After the counts of its search, so that a reader sees the funnel before the plan.
+void HandoverSearch::emitFinal() {
+  sink_.emit(final_->first);
+  for (auto& trajectory : final_->second) sink_.emit(std::move(trajectory));
+}
+
+}  // namespace
+
+Outcome planHandover(const HandoverProblem& problem, StageSink& sink, const Deadline& deadline) {
+  return HandoverSearch(problem, sink, deadline).run();
+}
+
+}  // namespace handover

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/handover/prune_grasps.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace handover {
+namespace {
+
+constexpr int kSwivelSamples = 16;
+
+std::string robotOf(const std::string& body) { return body.substr(0, body.find('/')); }
+
+void tally(const CollisionScene& names, const BodyContact& hit, RejectTally& rejects) {
+  const std::string& a = names.name(hit.a);
+  const std::string& b = names.name(hit.b);
+  const bool self = a.find('/') != std::string::npos && b.find('/') != std::string::npos &&
+                    robotOf(a) == robotOf(b);
+  rejects.add(self ? "self_collision" : "collision", {a, b});
+}
+
+}  // namespace
+
+PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Pose& X_WO,
+                         const std::vector<int>& candidates, const GraspTest& test,
+                         std::size_t most, const Deadline& deadline) {
+  std::vector<int> all(candidates);
+  if (all.empty()) {
+    all.resize(role.grasps->grasps.size());
+    std::iota(all.begin(), all.end(), 0);
+  }
+  PrunedGrasps pruned;
+  IkQuery query;
+  query.swivel_samples = kSwivelSamples;
+  query.q_near = role.armOf(role.placed->q_start);
+  std::vector<ArmVector> solutions;
+  std::vector<std::pair<double, std::size_t>> order;
+  for (const int index : all) {
+    if (deadline.over()) break;
+    ++pruned.tested;
+    const Grasp& grasp = role.grasps->grasps[static_cast<std::size_t>(index)];
+    solutions.clear();
+    const IkCounts counts =
+        role.kinematics->solve(role.worldToArm(X_WO * grasp.X_OT), query, solutions);
+    if (solutions.empty()) {
+      pruned.rejects.add(counts.limits > 0 ? "limits" : "no_ik");
+      continue;
+    }
+    order.clear();
+    for (std::size_t i = 0; i < solutions.size(); ++i) {
+      order.emplace_back(-role.kinematics->manipulability(solutions[i]), i);
+    }
+    std::sort(order.begin(), order.end());
+    std::optional<BodyContact> first_hit;
+    for (std::size_t i = 0; i < order.size() && i < most; ++i) {
+      const auto hit = test(grasp, solutions[order[i].second]);
+      if (hit) {
+        if (!first_hit) first_hit = hit;
+        continue;
+      }
+      FeasibleGrasp feasible;
+      feasible.grasp = index;
+      feasible.manipulability = -order[i].first;
+      for (std::size_t j = i; j < order.size() && j < i + most; ++j) {
+        feasible.configurations.push_back(solutions[order[j].second]);
+      }
+      pruned.kept.push_back(std::move(feasible));
+      first_hit.reset();
+      break;
+    }
+    if (first_hit) tally(names, *first_hit, pruned.rejects);
+  }
+  return pruned;
+}
+
+}  // namespace handover

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// [paper] Alg. 1 PruneGrasps: the grasps with an IK solution free of collision, with their joint
+// vectors.
+#pragma once
+
+#include "core/handover/cell_state.hpp"
+#include "core/handover/reject_tally.hpp"
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+namespace handover {
+
+/// A grasp that survived at one object pose.
+struct FeasibleGrasp {
+  int grasp = -1;  ///< index in the role's set
+  /// Configurations that reach it, highest manipulability first; the first one is known to be free,
+  /// those after it are untested.
+  std::vector<ArmVector> configurations;
+  double manipulability = 0;  ///< of the first
+};
+
+struct PrunedGrasps {
+  std::vector<FeasibleGrasp> kept;  ///< in the set's order
+  std::uint32_t tested = 0;
+  RejectTally rejects;
+};
+
+/// Tells whether a configuration with a grasp is free; a contact tells why it is not.
+using GraspTest = std::function<std::optional<BodyContact>(const Grasp& grasp, const ArmVector& q)>;
+
+/// Prunes a role's grasps (those in `candidates`, all if empty) with the object at X_WO.
+/// @param most  tested configurations per grasp before it is given up.
+PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Pose& X_WO,
+                         const std::vector<int>& candidates, const GraspTest& test,
+                         std::size_t most, const Deadline& deadline);
+
+}  // namespace handover

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// One robot's arm in a request, as giver or receiver, with all that the algorithms ask of it.
+#pragma once
+
+#include "core/handover/handover_pose.hpp"
+#include "core/handover/planner.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace handover {
+
+struct Role {
+  int robot = -1;  ///< index in Scene::robots
+  int arm = -1;    ///< index in RobotModel::arms
+  const SceneRobot* placed = nullptr;
+  const RobotModel* model = nullptr;
+  const Arm* arm_model = nullptr;
+  const Hand* hand = nullptr;
+  const ArmKinematics* kinematics = nullptr;
+  const GraspSet* grasps = nullptr;
+  PlacedMap map;                    ///< and X_WA, the arm's base in the world
+  std::vector<BodyId> hand_bodies;  ///< palm and fingers
+
+  const std::string& robotName() const { return placed->name; }
+
+  const std::string& armName() const { return arm_model->name; }
+
+  const std::string& toolLink() const;
+
+  /// Arm joints of a robot vector, and a robot vector with the arm's or the fingers' joints
+  /// replaced.
+  ArmVector armOf(const RobotVector& q) const;
+  RobotVector withArm(RobotVector q, const ArmVector& q_arm) const;
+  RobotVector withFingers(RobotVector q, const Eigen::VectorXd& q_fingers) const;
+  Eigen::VectorXd fingersOf(const RobotVector& q) const;
+
+  Pose worldToArm(const Pose& X_WT) const { return map.X_WA.inverse() * X_WT; }
+
+  /// X_WT at an arm configuration.
+  Pose toolPose(const ArmVector& q_arm) const { return map.X_WA * kinematics->toolPose(q_arm); }
+
+  /// The tool moved by `distance` [m] against its approach axis.
+  Pose backedOff(const Pose& X_WT, double distance) const;
+};
+
+/// The role of one arm of a scene's robot. @pre indices are valid; the arm has a hand.
+Role makeRole(const HandoverProblem& problem, int robot, int arm);
+
+/// Why an arm cannot take part at all ("holds tray", "has no hand", "has no grasps for cup"); empty
+/// if it can.
+std::string unfitReason(const HandoverProblem& problem, int robot, int arm);
+
+}  // namespace handover

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stage paths -> timed stages: timing under the joints' limits, and the timed curve checked again.
+#pragma once
+
+#include "core/handover/exchange.hpp"
+
+#include <handover/common/plan.hpp>
+
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace handover {
+
+/// Why an exchange could not be timed: the stage, and what touched on its timed curve.
+struct TimingFailure {
+  std::string stage, detail;
+};
+
+/// Times all stages one after another. Every curve is tested against the world of its stage at
+/// points between which no point of the mover travels more than 4 mm; a stage that touches is timed
+/// again with tighter corners before it is given up.
+std::variant<std::vector<StageTrajectory>, TimingFailure> timeStages(const HandoverProblem& problem,
+                                                                     const CheckerFactory& checkers,
+                                                                     const Exchange& exchange,
+                                                                     std::uint32_t solution);
+
+}  // namespace handover

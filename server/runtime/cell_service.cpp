@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/cell_service.hpp"
+
+#include "core/collision/arm_self_collision.hpp"
+
+#include <handover/common/log.hpp>
+
+#include <cstdio>
+#include <set>
+#include <stdexcept>
+
+namespace handover {
+namespace {
+
+std::string hexText(std::uint64_t hash) {
+  char text[17];
+  std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(hash));
+  return text;
+}
+
+GraspParams graspParams(const SceneObject& object, const SceneRobot& robot, const Hand& hand) {
+  GraspParams params;
+  if (const auto by_robot = object.grasp_counts.find(robot.name);
+      by_robot != object.grasp_counts.end()) {
+    if (const auto count = by_robot->second.find(hand.name); count != by_robot->second.end()) {
+      params.wanted = count->second;
+    }
+  }
+  return params;
+}
+
+Rejected badRequest(std::vector<Fault> faults) { return {"bad_request", std::move(faults)}; }
+
+/// The task of a request: named, or made from object, goal and robots. Faults when names are
+/// unknown.
+SceneTask resolveTask(const PlanRequest& request, const Cell::Instance& instance,
+                      std::vector<Fault>& faults) {
+  if (!request.task.empty() || request.object.empty()) {
+    for (const auto& task : instance.tasks) {
+      if (request.task.empty() || task.name == request.task) return task;
+    }
+    faults.push_back({"task", "the cell has no task '" + request.task + "'"});
+    return {};
+  }
+  const Scene& scene = *instance.scene;
+  SceneTask task;
+  task.object = request.object;
+  task.giver = request.giver;
+  task.receiver = request.receiver;
+  if (const int object = scene.findObject(request.object); object >= 0) {
+    task.X_WO_start = scene.objects[static_cast<std::size_t>(object)].X_WO;
+  } else {
+    faults.push_back({"object", "the cell has no object '" + request.object + "'"});
+  }
+  if (scene.findRobot(request.giver) < 0) {
+    faults.push_back({"giver", "the cell has no robot '" + request.giver + "'"});
+  }
+  if (scene.findRobot(request.receiver) < 0) {
+    faults.push_back({"receiver", "the cell has no robot '" + request.receiver + "'"});
+  }
+  if (request.giver == request.receiver) {
+    faults.push_back({"receiver", "giver and receiver are the same robot"});
+  }
+  if (request.X_WO_goal) {
+    task.X_WO_goal = toPose(*request.X_WO_goal);
+  } else {
+    faults.push_back({"X_WO_goal", "a request without a task needs a goal pose"});
+  }
+  return task;
+}
+
+void checkArm(const Scene& scene, const std::string& robot, const std::string& arm,
+              const char* field, std::vector<Fault>& faults) {
+  if (arm.empty()) return;
+  const int index = scene.findRobot(robot);
+  if (index < 0) return;  // a fault already
+  if (scene.robots[static_cast<std::size_t>(index)].model->findArm(arm) < 0) {
+    faults.push_back({field, "robot '" + robot + "' has no arm '" + arm + "'"});
+  }
+}
+
+}  // namespace
+
+ResourceCache::ResourceCache(std::filesystem::path folder, Progress progress, bool force)
+    : folder_(std::move(folder)), progress_(std::move(progress)), force_(force) {}
+
+std::shared_ptr<const ArmKinematics> ResourceCache::kinematics(
+    const std::shared_ptr<const RobotModel>& model, int arm) {
+  const std::lock_guard lock(mutex_);
+  auto& entry = kinematics_[{model.get(), arm}];
+  if (!entry) entry = std::make_shared<const ArmKinematics>(*model, arm);
+  return entry;
+}
+
+std::shared_ptr<const ReachabilityMap> ResourceCache::map(const SceneRobot& robot, int arm,
+                                                          const Deadline& deadline) {
+  const std::lock_guard lock(mutex_);
+  const ReachabilityParams params;
+  const std::uint64_t hash = ReachabilityMap::hash(*robot.model, arm, robot.q_start, params);
+  if (const auto known = maps_.find(hash); known != maps_.end()) return known->second;
+
+  const std::string arm_name =
+      robot.model->name + "/" + robot.model->arms[static_cast<std::size_t>(arm)].name;
+  const auto file =
+      folder_ / "maps" /
+      (robot.model->name + "-" + robot.model->arms[static_cast<std::size_t>(arm)].name + "-" +
+       hexText(hash) + ".map");
+  auto log = logger("maps");
+  if (!force_) {
+    auto map = ReachabilityMap::open(file, hash);
+    if (map) return maps_[hash] = *map;
+    if (map.error().code != ErrorCode::kNotFound) {
+      log->warn("{}: {}; it is made again", file.string(), map.error().detail);
+    }
+  }
+  std::filesystem::create_directories(file.parent_path());
+  const ArmSelfCollision touches_itself(*robot.model, arm, robot.q_start);
+  const auto built = ReachabilityMap::build(
+      *robot.model, arm, robot.q_start, params,
+      [&](const ArmVector& q) { return touches_itself(q); }, file,
+      [&](double fraction) {
+        if (progress_) progress_("map " + arm_name, fraction);
+      },
+      deadline);
+  if (!built) throw std::runtime_error("map of " + arm_name + ": " + built.error().detail);
+  auto map = ReachabilityMap::open(file, hash);
+  if (!map) throw std::runtime_error("map of " + arm_name + ": " + map.error().detail);
+  return maps_[hash] = *map;
+}
+
+std::shared_ptr<const GraspSet> ResourceCache::grasps(const SceneObject& object,
+                                                      const SceneRobot& robot, int arm,
+                                                      const Deadline& deadline) {
+  const std::lock_guard lock(mutex_);
+  const int hand_index = robot.model->arms[static_cast<std::size_t>(arm)].hand;
+  if (hand_index < 0) return nullptr;
+  const Hand& hand = robot.model->hands[static_cast<std::size_t>(hand_index)];
+  const GraspParams params = graspParams(object, robot, hand);
+  const std::uint64_t hash = graspSetHash(object, *robot.model, arm, params);
+  if (const auto known = grasps_.find(hash); known != grasps_.end()) return known->second;
+
+  const std::string name = object.name + " " + robot.model->name + "/" + hand.name;
+  const auto file =
+      folder_ / "grasps" /
+      (object.name + "-" + robot.model->name + "-" + hand.name + "-" + hexText(hash) + ".json");
+  auto log = logger("grasps");
+  if (!force_) {
+    auto set = readGraspSet(file, hash);
+    if (set) return grasps_[hash] = std::make_shared<const GraspSet>(std::move(*set));
+    if (set.error().code != ErrorCode::kNotFound) {
+      log->warn("{}: {}; it is made again", file.string(), set.error().detail);
+    }
+  }
+  std::filesystem::create_directories(file.parent_path());
+  auto set = generateGrasps(
+      object, *robot.model, arm, params,
+      [&](double fraction) {
+        if (progress_) progress_("grasps " + name, fraction);
+      },
+      deadline);
+  if (!set) {
+    if (set.error().code == ErrorCode::kNotFound) return grasps_[hash] = nullptr;
+    throw std::runtime_error("grasps of " + name + ": " + set.error().detail);
+  }
+  if (const auto written = writeGraspSet(*set, hash, file); !written) {
+    throw std::runtime_error("grasps of " + name + ": " + written.error().detail);
+  }
+  return grasps_[hash] = std::make_shared<const GraspSet>(std::move(*set));
+}
+
+CellService::CellService(const std::filesystem::path& root, const std::vector<std::string>& cells,
+                         std::filesystem::path cache_folder, ResourceCache::Progress progress,
+                         bool force)
+    : cache_(std::move(cache_folder), std::move(progress), force) {
+  std::vector<FileFault> faults;
+  for (const auto& name : cells) {
+    const auto file = findCellFile(root, name);
+    Cell cell = Cell::load(file, root, models_);
+    if (find(cell.name()) != nullptr) {
+      faults.push_back({file.string(), 0, "a cell named '" + cell.name() + "' is loaded already"});
+      continue;
+    }
+    auto instance = cell.instantiate({}, 1);
+    if (auto* found = std::get_if<std::vector<Fault>>(&instance)) {
+      for (const auto& fault : *found) {
+        faults.push_back({file.string(), 0, fault.field + ": " + fault.message});
+      }
+      continue;
+    }
+    Loaded loaded{std::move(cell), std::get<Cell::Instance>(std::move(instance)), nullptr, 1};
+    loaded.collision = std::make_shared<const CollisionScene>(*loaded.instance.scene);
+    cells_.push_back(std::move(loaded));
+  }
+  if (!faults.empty()) throw FileError(std::move(faults));
+}
+
+const CellService::Loaded* CellService::find(const std::string& cell) const {
+  for (const auto& loaded : cells_) {
+    if (loaded.cell.name() == cell) return &loaded;
+  }
+  return nullptr;
+}
+
+std::vector<CellInfo> CellService::cells() const {
+  std::vector<CellInfo> infos;
+  for (const auto& loaded : cells_) {
+    infos.push_back({loaded.cell.name(), loaded.cell.taskNames(), loaded.revision});
+  }
+  return infos;
+}
+
+void CellService::prepare(const Deadline& deadline) {
+  for (const auto& loaded : cells_) {
+    std::set<std::string> objects;
+    for (const auto& task : loaded.instance.tasks) objects.insert(task.object);
+    for (const auto& object : objects) resources(*loaded.instance.scene, object, deadline);
+  }
+}
+
+std::vector<RobotResources> CellService::resources(const Scene& scene, const std::string& object,
+                                                   const Deadline& deadline) {
+  const SceneObject& target = scene.objects[static_cast<std::size_t>(scene.findObject(object))];
+  std::vector<RobotResources> all;
+  for (const auto& robot : scene.robots) {
+    RobotResources mine;
+    for (int arm = 0; arm < static_cast<int>(robot.model->arms.size()); ++arm) {
+      mine.kinematics.push_back(cache_.kinematics(robot.model, arm));
+      mine.maps.push_back(cache_.map(robot, arm, deadline));
+      mine.grasps.push_back(cache_.grasps(target, robot, arm, deadline));
+    }
+    all.push_back(std::move(mine));
+  }
+  return all;
+}
+
+Outcome CellService::plan(const PlanRequest& request, StageSink& sink, const Deadline& deadline) {
+  const Loaded* loaded = find(request.cell);
+  if (loaded == nullptr)
+    return Rejected{"unknown_cell", {{"cell", "no cell '" + request.cell + "'"}}};
+  if (request.expected_revision && *request.expected_revision != loaded->revision) {
+    return Rejected{
+        "scene_changed",
+        {{"expected_revision", "the scene's revision is " + std::to_string(loaded->revision)}}};
+  }
+  Cell::Instance instance = loaded->instance;
+  std::shared_ptr<const CollisionScene> collision = loaded->collision;
+  if (!request.overrides.empty()) {
+    auto changed = loaded->cell.instantiate(request.overrides, loaded->revision);
+    if (auto* faults = std::get_if<std::vector<Fault>>(&changed))
+      return badRequest(std::move(*faults));
+    instance = std::get<Cell::Instance>(std::move(changed));
+    collision = std::make_shared<const CollisionScene>(*instance.scene);
+  }
+
+  std::vector<Fault> faults;
+  HandoverProblem problem;
+  problem.scene = instance.scene;
+  problem.collision = std::move(collision);
+  problem.task = resolveTask(request, instance, faults);
+  checkArm(*instance.scene, problem.task.giver, request.giver_arm, "giver_arm", faults);
+  checkArm(*instance.scene, problem.task.receiver, request.receiver_arm, "receiver_arm", faults);
+  if (!faults.empty()) return badRequest(std::move(faults));
+
+  problem.resources = resources(*instance.scene, problem.task.object, deadline);
+  problem.giver_arm = request.giver_arm;
+  problem.receiver_arm = request.receiver_arm;
+  problem.mode = request.mode;
+  problem.search = request.search;
+  problem.seed = request.seed;
+  problem.speed_scale = request.speed_scale;
+  return planHandover(problem, sink, deadline);
+}
+
+}  // namespace handover
