@@ -26,7 +26,9 @@ find_package(ompl REQUIRED)
 add_library(handover_ompl INTERFACE)
 add_library(handover::ompl ALIAS handover_ompl)
 target_include_directories(handover_ompl SYSTEM INTERFACE ${OMPL_INCLUDE_DIRS})
-target_link_libraries(handover_ompl INTERFACE ${OMPL_LIBRARIES})
+# Only OMPL itself: the Boost libraries that its list goes on with are not installed with libompl-dev.
+list(GET OMPL_LIBRARIES 0 ompl_library)
+target_link_libraries(handover_ompl INTERFACE ${ompl_library})
 
 pkg_check_modules(urdfdom REQUIRED IMPORTED_TARGET urdfdom)
 pkg_check_modules(console_bridge REQUIRED IMPORTED_TARGET console_bridge)

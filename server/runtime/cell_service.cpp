@@ -2,6 +2,8 @@
 #include "runtime/cell_service.hpp"
 
 #include "core/collision/arm_self_collision.hpp"
+#include "core/handover/cell_state.hpp"
+#include "settings/roots.hpp"
 
 #include <handover/common/log.hpp>
 
@@ -174,7 +176,7 @@ CellService::CellService(const std::filesystem::path& root, const std::vector<st
     : cache_(std::move(cache_folder), std::move(progress), force) {
   std::vector<FileFault> faults;
   for (const auto& name : cells) {
-    const auto file = findCellFile(root, name);
+    const auto file = cellFile(name, root);
     Cell cell = Cell::load(file, root, models_);
     if (find(cell.name()) != nullptr) {
       faults.push_back({file.string(), 0, "a cell named '" + cell.name() + "' is loaded already"});
@@ -187,8 +189,11 @@ CellService::CellService(const std::filesystem::path& root, const std::vector<st
       }
       continue;
     }
-    Loaded loaded{std::move(cell), std::get<Cell::Instance>(std::move(instance)), nullptr, 1};
-    loaded.collision = std::make_shared<const CollisionScene>(*loaded.instance.scene);
+    Loaded loaded{std::move(cell), std::get<Cell::Instance>(std::move(instance)), {}, 1};
+    for (const auto& task : loaded.instance.tasks) {
+      auto& collision = loaded.collision[task.object];
+      if (!collision) collision = collisionForTask(*loaded.instance.scene, task.object);
+    }
     cells_.push_back(std::move(loaded));
   }
   if (!faults.empty()) throw FileError(std::move(faults));
@@ -243,24 +248,25 @@ Outcome CellService::plan(const PlanRequest& request, StageSink& sink, const Dea
         {{"expected_revision", "the scene's revision is " + std::to_string(loaded->revision)}}};
   }
   Cell::Instance instance = loaded->instance;
-  std::shared_ptr<const CollisionScene> collision = loaded->collision;
   if (!request.overrides.empty()) {
     auto changed = loaded->cell.instantiate(request.overrides, loaded->revision);
     if (auto* faults = std::get_if<std::vector<Fault>>(&changed))
       return badRequest(std::move(*faults));
     instance = std::get<Cell::Instance>(std::move(changed));
-    collision = std::make_shared<const CollisionScene>(*instance.scene);
   }
 
   std::vector<Fault> faults;
   HandoverProblem problem;
   problem.scene = instance.scene;
-  problem.collision = std::move(collision);
   problem.task = resolveTask(request, instance, faults);
   checkArm(*instance.scene, problem.task.giver, request.giver_arm, "giver_arm", faults);
   checkArm(*instance.scene, problem.task.receiver, request.receiver_arm, "receiver_arm", faults);
   if (!faults.empty()) return badRequest(std::move(faults));
 
+  const auto known = loaded->collision.find(problem.task.object);
+  problem.collision = request.overrides.empty() && known != loaded->collision.end()
+                          ? known->second
+                          : collisionForTask(*instance.scene, problem.task.object);
   problem.resources = resources(*instance.scene, problem.task.object, deadline);
   problem.giver_arm = request.giver_arm;
   problem.receiver_arm = request.receiver_arm;

@@ -60,7 +60,7 @@ class CellService : public PlanService {
   struct Loaded {
     Cell cell;
     Cell::Instance instance;  ///< without overrides
-    std::shared_ptr<const CollisionScene> collision;
+    std::map<std::string, std::shared_ptr<const CollisionScene>> collision;  ///< by task object
     std::uint64_t revision = 1;
   };
 

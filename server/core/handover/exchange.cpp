@@ -12,7 +12,7 @@ namespace {
 constexpr double kBackOff = 0.10;  // pre-grasp and retreat [m] (scenes.md §4.4)
 constexpr std::array<double, 3> kLift{0.08, 0.05,
                                       0.03};  // lift and last descent [m], first that works
-constexpr double kMaxJointStep = 0.03;        // between collision checks of a route [rad]
+constexpr double kMaxJointStep = 0.01;        // between collision checks of a route [rad]
 
 std::uint64_t mix(std::uint64_t x) {  // splitmix64's finaliser
   x += 0x9e3779b97f4a7c15ull;
@@ -109,7 +109,6 @@ std::optional<JointPath> ExchangePlanner::straight(const Role& role, const ArmVe
                                                    const Pose& X_WT, const Pose& X_WT_end,
                                                    StateChecker& checker) {
   auto line = straightLine(*role.kinematics, q, role.worldToArm(X_WT), role.worldToArm(X_WT_end),
-                           StraightSettings{},
                            [&](const ArmVector& q_step) { return checker.valid(q_step); });
   if (!line) return std::nullopt;
   return std::move(*line);
