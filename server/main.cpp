@@ -10,18 +10,24 @@
 //   ~DdsEndpoint (Fast DDS) receive, discovery, timers; the network; ~DdsEndpoint. They decode,
 //   enqueue and return.
 #include "daemon.hpp"
-#include "listed_cells.hpp"
+#include "runtime/cell_service.hpp"
+#include "settings/check.hpp"
+#include "settings/roots.hpp"
+#include "settings/settings_file.hpp"
 #include "wire/entities.hpp"
 
 #include <handover/common/domain.hpp>
 #include <handover/common/log.hpp>
 
 #include <CLI/CLI.hpp>
-#include <signal.h>
 #include <unistd.h>
 
-#include <atomic>
+#include <functional>
 #include <iostream>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace handover {
 namespace {
@@ -38,23 +44,87 @@ struct Options {
   std::vector<std::string> cells;
   std::vector<std::string> files;
   std::string config, domain, root;
-  int threads = 1;
+  std::optional<int> threads;
   bool force = false;
 };
 
-int serve(const Options& options, int domain) {
-  const std::filesystem::path root =
-      options.root.empty() ? std::filesystem::current_path() : std::filesystem::path(options.root);
+/// The settings file with what the command line says over it.
+struct Setup {
+  std::filesystem::path root;
+  DaemonSettings settings;
+};
+
+Setup setUp(const Options& options) {
+  Setup setup;
+  setup.root = findRoot(options.root);
+  const auto standard = setup.root / "config" / "handoverd.yaml";
+  if (!options.config.empty()) {
+    setup.settings = readDaemonSettings(options.config);
+  } else if (std::filesystem::exists(standard)) {
+    setup.settings = readDaemonSettings(standard);
+  }
+  if (!options.cells.empty()) setup.settings.cells = options.cells;
+  if (options.threads) setup.settings.threads = *options.threads;
+  if (!options.domain.empty()) setup.settings.domain = *parseDomain(options.domain);
+  setLogLevel(spdlog::level::from_str(setup.settings.log_level));
+  return setup;
+}
+
+/// Shows what is being prepared: a bar that is drawn over itself on a terminal, else a line a
+/// product.
+class ProgressBar {
+ public:
+  void operator()(const std::string& what, double fraction) {
+    const std::lock_guard lock(mutex_);
+    if (isatty(STDERR_FILENO) != 0) {
+      const int filled = static_cast<int>(fraction * kWidth);
+      std::cerr << "\r\033[K" << std::string(static_cast<std::size_t>(filled), '#')
+                << std::string(static_cast<std::size_t>(kWidth - filled), '.') << ' '
+                << static_cast<int>(fraction * 100) << " % " << what;
+      if (fraction >= 1.0) std::cerr << '\n';
+      std::cerr.flush();
+    } else if (what != last_) {
+      logger("prepare")->info("{}", what);
+    }
+    last_ = what;
+  }
+
+ private:
+  static constexpr int kWidth = 30;
+  std::mutex mutex_;
+  std::string last_;
+};
+
+int serve(const Options& options) {
+  const Setup setup = setUp(options);
+  if (setup.settings.transport != "loopback") {
+    std::cerr << "handoverd: not built yet: transport " << setup.settings.transport << std::endl;
+    return kExitConfiguration;
+  }
   const StopSignals signals;  // before the first thread
-  ListedCells service(root, options.cells);
-  return runDaemon(service, {.domain = domain, .threads = options.threads}, signals)
+  ProgressBar bar;
+  CellService service(setup.root, setup.settings.cells, cacheFolder(setup.settings.cache),
+                      std::ref(bar), false);
+  return runDaemon(service, {.domain = setup.settings.domain, .threads = setup.settings.threads},
+                   signals)
              ? kExitDone
              : kExitConfiguration;
 }
 
-int notBuiltYet(const std::string& what) {
-  std::cerr << "handoverd: not built yet: " << what << std::endl;
-  return kExitConfiguration;
+int prepareFiles(const Options& options) {
+  const Setup setup = setUp(options);
+  ProgressBar bar;
+  CellService service(setup.root, setup.settings.cells, cacheFolder(setup.settings.cache),
+                      std::ref(bar), options.force);
+  service.prepare(Deadline());
+  return kExitDone;
+}
+
+int checkEvery(const Options& options) {
+  const std::vector<std::filesystem::path> files(options.files.begin(), options.files.end());
+  const auto faults = checkFiles(files, findRoot(options.root));
+  for (const auto& fault : faults) std::cout << fault.text() << '\n';
+  return faults.empty() ? kExitDone : kExitConfiguration;
 }
 
 int run(int argc, char** argv) {
@@ -76,30 +146,29 @@ int run(int argc, char** argv) {
   serve_command
       ->add_option("--domain", options.domain, "DDS domain (default: HANDOVER_DOMAIN, else 0)")
       ->check(check_domain);
-  serve_command->add_option("--threads", options.threads, "Workers")
-      ->check(CLI::Range(1, 64))
-      ->capture_default_str();
+  serve_command->add_option("--threads", options.threads, "Workers")->check(CLI::Range(1, 64));
   auto* prepare = app.add_subcommand("prepare", "Build maps and grasp sets that are missing");
   shared(*prepare);
+  prepare->add_option("--config", options.config, "Settings file");
   prepare->add_flag("--force", options.force, "Build all of them anew");
   auto* check = app.add_subcommand("check", "List every fault of cell, robot and settings files");
   check->add_option("FILE", options.files, "Files")->required();
+  check->add_option("--root", options.root, "Folder that holds config/ and robots/");
 
   try {
     app.parse(argc, argv);
     if (options.domain.empty()) {
-      options.domain = environmentDomain().value_or("0");
-      if (!parseDomain(options.domain)) {
+      options.domain = environmentDomain().value_or("");
+      if (!options.domain.empty() && !parseDomain(options.domain)) {
         throw CLI::ValidationError("HANDOVER_DOMAIN", check_domain(options.domain));
       }
     }
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitDone : kExitUsage;
   }
-  if (check->parsed()) return notBuiltYet("check");
-  if (prepare->parsed()) return notBuiltYet("prepare");
-  if (!options.config.empty()) return notBuiltYet("--config");
-  return serve(options, *parseDomain(options.domain));
+  if (check->parsed()) return checkEvery(options);
+  if (prepare->parsed()) return prepareFiles(options);
+  return serve(options);
 }
 
 }  // namespace
