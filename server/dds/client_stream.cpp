@@ -48,7 +48,6 @@ void ClientStream::publish(const PlanStage& stage) {
       backlog_.clear();
     } else {
       backlog_.push_back(stage);
-      delivered_ = false;
     }
   }
   changed_.notify_all();
@@ -61,7 +60,9 @@ bool ClientStream::idle() const {
 
 void ClientStream::flush(Clock::time_point until) {
   std::unique_lock lock(mutex_);
-  changed_.wait_until(lock, until, [this] { return delivered_ || dropped_ || stopping_; });
+  flush_wanted_ = true;
+  changed_.notify_all();
+  changed_.wait_until(lock, until, [this] { return !flush_wanted_ || dropped_ || stopping_; });
 }
 
 // ---- the stream's thread
@@ -96,14 +97,16 @@ void ClientStream::run() {
     std::deque<PlanStage> batch;
     {
       std::unique_lock lock(mutex_);
-      const auto wake = [this] { return stopping_ || dropped_ || !backlog_.empty(); };
-      if (!delivered_ && backlog_.empty()) {
-        // Nothing to send: find out whether the client has it all.
+      const auto wake = [this] {
+        return stopping_ || dropped_ || flush_wanted_ || !backlog_.empty();
+      };
+      if (flush_wanted_ && backlog_.empty()) {
+        // Only when asked: stages that came meanwhile would wait for the acknowledgement.
         lock.unlock();
         const bool all = writer.waitForAcknowledgments(50ms);
         lock.lock();
         if (all && backlog_.empty()) {
-          delivered_ = true;
+          flush_wanted_ = false;
           changed_.notify_all();
         }
       } else if (answered_.empty()) {

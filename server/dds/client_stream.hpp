@@ -63,7 +63,7 @@ class ClientStream {
   std::condition_variable changed_;
   std::deque<PlanStage> backlog_;
   bool stopping_ = false, dropped_ = false;
-  bool delivered_ = true;  // acknowledged up to here, or nobody is there
+  bool flush_wanted_ = false;  // until the client has acknowledged everything
   std::size_t instances_ = 0;
   Clock::time_point last_used_ = Clock::now();
 

@@ -88,7 +88,15 @@ struct DdsEndpoint::Impl {
   void onRequest(const wire::Sample<msg::HandoverRequest>& sample) {
     const RequestId id{sample.key};
     if (sample.message == nullptr) {
-      deliver([&](RequestHandler& to) { to.onCancel(id); });
+      // From its own writer only: a vendor that sends no key hash with a dispose makes us read
+      // another key.
+      bool own = false;
+      {
+        const std::lock_guard lock(mutex);
+        const auto found = requests_of_writer.find(sample.writer);
+        own = found != requests_of_writer.end() && found->second.contains(id);
+      }
+      if (own) deliver([&](RequestHandler& to) { to.onCancel(id); });
       return;
     }
     const std::string& client_id = sample.message->client_id();

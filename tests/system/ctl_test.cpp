@@ -160,8 +160,8 @@ TEST_F(ScriptedCtl, StatusAndCells) {
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_EQ(lines[0]["state"], "ready");
   EXPECT_EQ(lines[0]["cells"][0]["name"], "script");
-  EXPECT_THAT(ctl("cells").out, HasSubstr("script: answer fail hold throw"));
-  EXPECT_EQ(jsonLines(ctl("cells --json").out).at(0)["tasks"].size(), 4u);
+  EXPECT_THAT(ctl("cells").out, HasSubstr("script: answer fail hold paced throw"));
+  EXPECT_EQ(jsonLines(ctl("cells --json").out).at(0)["tasks"].size(), 5u);
 }
 
 TEST_F(ScriptedCtl, PlanWritesTheSamePlanTwice) {
@@ -276,6 +276,16 @@ TEST_F(ScriptedCtl, AKilledClientFreesTheDaemon) {
   EXPECT_EQ(watch.wait(), 0);
 }
 
+TEST_F(ScriptedCtl, AStoppedClientHoldsUpNobody) {
+  Process watch(command("watch"));
+  ASSERT_EQ(ctl("plan --cell script --task answer").status, 0);
+  ASSERT_TRUE(watch.waitForOutput("done"));
+  watch.signal(SIGSTOP);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(ctl("plan --cell script --task answer").status, 0);
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(10s), 0);
+}
+
 // ---- the real daemon ----
 
 class Handoverd : public Ctl {
@@ -289,7 +299,7 @@ class Handoverd : public Ctl {
 
 TEST_F(Handoverd, ServesTheCellsAndStopsOnEitherSignal) {
   for (const int number : {SIGTERM, SIGINT}) {
-    Process daemon(serve("--cell butler"));
+    Process daemon(serve("--cell butler"), {"XDG_CACHE_HOME=" HANDOVER_BINARY_DIR "/test-cache"});
     ASSERT_THAT(ctl("cells --wait 20").out, HasSubstr("butler")) << daemon.err();
     daemon.signal(number);
     EXPECT_EQ(daemon.wait(), 0);

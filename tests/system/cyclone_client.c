@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * A client of the daemon on another vendor's DDS, from the same IDL: the oracle of our wire.
+ * usage: cyclone_client DOMAIN CELL TASK [cancel|dispose]
+ * Waits for a daemon, sends a request, prints a line per stage, ends at the outcome. At the second stage it
+ * cancels or disposes its request, if asked. */
+#include "dds/dds.h"
+#include "handover.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void check(dds_return_t code, const char* what) {
+  if (code >= 0) return;
+  fprintf(stderr, "%s: %s\n", what, dds_strretcode(-code));
+  exit(4);
+}
+
+static dds_entity_t must(dds_entity_t entity, const char* what) {
+  check(entity, what);
+  return entity;
+}
+
+static dds_qos_t* reliable(int keep_all) {
+  dds_qos_t* qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
+  dds_qset_history(qos, keep_all ? DDS_HISTORY_KEEP_ALL : DDS_HISTORY_KEEP_LAST, 1);
+  return qos;
+}
+
+/* Takes one valid sample into *sample (loaned to the type's memory); waits up to 20 s. */
+static int take(dds_entity_t reader, void* sample) {
+  dds_entity_t participant = dds_get_participant(reader);
+  dds_entity_t wait = must(dds_create_waitset(participant), "waitset");
+  dds_entity_t condition = must(dds_create_readcondition(reader, DDS_ANY_STATE), "condition");
+  check(dds_waitset_attach(wait, condition, 0), "attach");
+  int got = 0;
+  while (!got) {
+    dds_sample_info_t info;
+    dds_return_t n = dds_take(reader, &sample, &info, 1, 1);
+    check(n, "take");
+    if (n == 1 && info.valid_data) got = 1;
+    if (n == 0 && dds_waitset_wait(wait, NULL, 0, DDS_SECS(20)) <= 0) break;
+  }
+  dds_delete(wait);
+  dds_delete(condition);
+  return got;
+}
+
+/* Matched first: a cancel is not kept for those who come later. */
+static void sendCancel(dds_entity_t participant, const uint8_t* id) {
+  dds_entity_t topic = must(
+      dds_create_topic(participant, &handover_msg_HandoverCancel_desc, "handover/v1/cancel", NULL, NULL), "topic");
+  dds_qos_t* qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_entity_t writer = must(dds_create_writer(participant, topic, qos, NULL), "cancel writer");
+  check(dds_set_status_mask(writer, DDS_PUBLICATION_MATCHED_STATUS), "mask");
+  dds_entity_t wait = must(dds_create_waitset(participant), "waitset");
+  check(dds_waitset_attach(wait, writer, 0), "attach");
+  if (dds_waitset_wait(wait, NULL, 0, DDS_SECS(20)) <= 0) exit(13);
+  handover_msg_HandoverCancel cancel = {0};
+  cancel.version = handover_msg_WIRE_VERSION;
+  memcpy(cancel.request_id, id, 16);
+  check(dds_write(writer, &cancel), "write");
+}
+
+int main(int argc, char** argv) {
+  if (argc < 4) return 2;
+  dds_entity_t participant =
+      must(dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL), "participant");
+  dds_entity_t status_topic = must(
+      dds_create_topic(participant, &handover_msg_DaemonStatus_desc, "handover/v1/status", NULL, NULL), "topic");
+  dds_entity_t stage_topic = must(
+      dds_create_topic(participant, &handover_msg_PlanStage_desc, "handover/v1/stage", NULL, NULL), "topic");
+  dds_entity_t request_topic = must(
+      dds_create_topic(participant, &handover_msg_HandoverRequest_desc, "handover/v1/request", NULL, NULL), "topic");
+
+  dds_qos_t* last = reliable(0);
+  dds_qos_t* all = reliable(1);
+  const char* partition = "cyclone";
+  dds_qset_partition(all, 1, &partition);
+  dds_entity_t subscriber = must(dds_create_subscriber(participant, all, NULL), "subscriber");
+  dds_entity_t statuses = must(dds_create_reader(participant, status_topic, last, NULL), "status reader");
+  dds_entity_t stages = must(dds_create_reader(subscriber, stage_topic, all, NULL), "stage reader");
+  dds_entity_t requests = must(dds_create_writer(participant, request_topic, last, NULL), "request writer");
+
+  static handover_msg_DaemonStatus status;
+  if (!take(statuses, &status)) return 13;
+  printf("status version %u state %d cell %s revision %llu\n", status.version, (int)status.state,
+         status.cells._buffer[0].name, (unsigned long long)status.cells._buffer[0].scene_revision);
+
+  static handover_msg_HandoverRequest request;
+  request.version = handover_msg_WIRE_VERSION;
+  for (int i = 0; i < 16; ++i) request.request_id[i] = (uint8_t)(i + 1 + (argc > 4 ? argv[4][0] : 0));
+  char empty[] = "";
+  request.client_id = "cyclone";
+  request.cell = argv[2];
+  request.task = argv[3];
+  request.object_name = request.giver = request.receiver = request.giver_arm = request.receiver_arm = empty;
+  request.X_WO_goal.orientation.w = 1;
+  request.seed = 1;
+  request.speed_scale = 1;
+  check(dds_write(requests, &request), "write");
+
+  while (1) {
+    static handover_msg_PlanStage stage;
+    if (!take(stages, &stage)) return 1;
+    printf("stage %u payload %d", stage.sequence_number, (int)stage.payload._d);
+    if (stage.payload._d == handover_msg_PAYLOAD_SCENE) {
+      const handover_msg_SceneSnapshot* scene = &stage.payload._u.scene_value;
+      printf(" robot %s q %.17g part %.17g", scene->robots._buffer[0].name,
+             scene->robots._buffer[0].q_start._buffer[1].position,
+             scene->objects._buffer[1].shape.parts._buffer[0].radius);
+    }
+    if (stage.payload._d == handover_msg_PAYLOAD_TRAJECTORY) {
+      const handover_msg_Trajectory* trajectory = &stage.payload._u.trajectory_value;
+      printf(" q %.17g of %u", trajectory->q._buffer[trajectory->q._length - 1], trajectory->q._length);
+    }
+    if (stage.payload._d == handover_msg_PAYLOAD_OUTCOME) {
+      printf(" outcome %d\n", (int)stage.payload._u.outcome_value.kind);
+      break;
+    }
+    printf("\n");
+    if (argc > 4 && stage.sequence_number == 1) {
+      if (strcmp(argv[4], "dispose") == 0) check(dds_dispose(requests, &request), "dispose");
+      if (strcmp(argv[4], "cancel") == 0) sendCancel(participant, request.request_id);
+    }
+  }
+  dds_delete(participant);
+  return 0;
+}
