@@ -12,7 +12,10 @@ namespace {
 constexpr double kBackOff = 0.10;  // pre-grasp and retreat [m] (scenes.md §4.4)
 constexpr std::array<double, 3> kLift{0.08, 0.05,
                                       0.03};  // lift and last descent [m], first that works
-constexpr double kMaxJointStep = 0.01;        // between collision checks of a route [rad]
+// Steps between a route's collision checks [rad]: the search takes the first; a route that does not
+// hold when it is walked in steps of kFineStep is planned again with the next.
+constexpr std::array<double, 2> kSearchSteps{0.03, 0.006};
+constexpr double kFineStep = 0.005;
 
 std::uint64_t mix(std::uint64_t x) {  // splitmix64's finaliser
   x += 0x9e3779b97f4a7c15ull;
@@ -101,7 +104,7 @@ MotionProblem ExchangePlanner::motionProblem(const Role& role, StateChecker& che
   motion.lower = role.kinematics->lower();
   motion.upper = role.kinematics->upper();
   motion.valid = [&checker](const ArmVector& q) { return checker.valid(q); };
-  motion.resolution = kMaxJointStep;
+  motion.resolution = kSearchSteps.front();
   return motion;
 }
 
@@ -114,20 +117,41 @@ std::optional<JointPath> ExchangePlanner::straight(const Role& role, const ArmVe
   return std::move(*line);
 }
 
-std::optional<JointPath> ExchangePlanner::route(const Role& role, const ArmVector& from,
-                                                const ArmVector& to, StateChecker& checker,
-                                                StageKind kind, int grasp) {
-  const MotionProblem motion = motionProblem(role, checker);
+std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVector& from,
+                                                 const GoalSampler& goals, StateChecker& checker,
+                                                 StageKind kind, int grasp, std::uint32_t* goal) {
+  MotionProblem motion = motionProblem(role, checker);
+  MotionProblem fine = motion;
+  fine.resolution = kFineStep;
+  const auto holds = [&](const JointPath& path) {
+    for (std::size_t i = 1; i < path.waypoints.size(); ++i) {
+      if (!segmentValid(fine, path.waypoints[i - 1], path.waypoints[i])) return false;
+    }
+    return true;
+  };
   IkBiRrtSettings settings;
   settings.seed = seedFor(kind, grasp);
   settings.max_iterations = budget_.rrt_iterations;
+  for (const double step : kSearchSteps) {
+    motion.resolution = step;
+    const auto path = planIkBiRrt(motion, from, goals, settings, deadline_, goal);
+    if (!path) return std::nullopt;
+    const JointPath shorter =
+        shortcut(motion, *path, settings.seed, budget_.shortcut_attempts, deadline_);
+    if (holds(shorter)) return shorter;
+    if (holds(*path)) return *path;
+  }
+  return std::nullopt;
+}
+
+std::optional<JointPath> ExchangePlanner::route(const Role& role, const ArmVector& from,
+                                                const ArmVector& to, StateChecker& checker,
+                                                StageKind kind, int grasp) {
   const auto only_goal = [&](std::uint32_t i, ArmVector& q) {
     q = to;
     return i == 0;
   };
-  auto path = planIkBiRrt(motion, from, only_goal, settings, deadline_);
-  if (!path) return std::nullopt;
-  return shortcut(motion, *path, settings.seed, budget_.shortcut_attempts, deadline_);
+  return search(role, from, only_goal, checker, kind, grasp);
 }
 
 CellState ExchangePlanner::holding(CellState state, const Role& role, const Grasp& grasp,
@@ -241,7 +265,11 @@ const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(
 
   std::vector<Candidate> candidates;
   std::size_t next = 0;
-  const auto draw = [&](std::uint32_t, ArmVector& goal) {
+  const auto draw = [&](std::uint32_t i, ArmVector& goal) {
+    if (i < candidates.size()) {  // drawn in an earlier search
+      goal = candidates[i].approach.waypoints.front();
+      return true;
+    }
     while (next < pick.configurations.size() && next < budget_.configurations) {
       const ArmVector& q = pick.configurations[next++];
       open_checker.activate();
@@ -268,18 +296,12 @@ const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(
   };
 
   open_checker.activate();
-  const MotionProblem motion = motionProblem(giver_, open_checker);
-  IkBiRrtSettings settings;
-  settings.seed = seedFor(StageKind::kGiverReach, pick.grasp);
-  settings.max_iterations = budget_.rrt_iterations;
   std::uint32_t goal = 0;
-  auto reach = planIkBiRrt(motion, giver_.armOf(start_.q[robot]), draw, settings, deadline_, &goal);
+  const auto reach = search(giver_, giver_.armOf(start_.q[robot]), draw, open_checker,
+                            StageKind::kGiverReach, pick.grasp, &goal);
   if (!reach || goal >= candidates.size()) return found;
-  const JointPath short_reach =
-      shortcut(motion, *reach, settings.seed, budget_.shortcut_attempts, deadline_);
   Candidate& chosen = candidates[goal];
-  found =
-      PickMotion{chosen.q_pick, short_reach, std::move(chosen.approach), std::move(chosen.lift)};
+  found = PickMotion{chosen.q_pick, *reach, std::move(chosen.approach), std::move(chosen.lift)};
   return found;
 }
 

@@ -47,7 +47,7 @@ struct HandoverTuple {
 /// How hard the search tries; counts, never seconds.
 struct ExchangeBudget {
   std::uint32_t rrt_iterations = 2'000;
-  std::uint32_t shortcut_attempts = 60;
+  std::uint32_t shortcut_attempts = 30;
   std::size_t configurations = 6;  ///< of a grasp, tried as ends of motions
 };
 
@@ -103,6 +103,10 @@ class ExchangePlanner {
                                     const Pose& X_WT_end, StateChecker& checker);
   std::optional<JointPath> route(const Role& role, const ArmVector& from, const ArmVector& to,
                                  StateChecker& checker, StageKind kind, int grasp);
+  /// IKBiRRT and shortcuts; the route holds when walked in fine steps.
+  std::optional<JointPath> search(const Role& role, const ArmVector& from, const GoalSampler& goals,
+                                  StateChecker& checker, StageKind kind, int grasp,
+                                  std::uint32_t* goal = nullptr);
   MotionProblem motionProblem(const Role& role, StateChecker& checker) const;
   std::uint64_t seedFor(StageKind kind, int grasp) const;
 

@@ -93,7 +93,7 @@ class HandoverSearch {
   std::map<int, PrunedGrasps> given_, received_;  ///< by arm
   RejectTally handover_rejects_, motion_rejects_;
   std::optional<std::pair<Solution, std::vector<StageTrajectory>>> final_;
-  std::vector<HandoverTuple> all_tuples_;  ///< mode all: of the pairing at hand
+  std::vector<std::vector<HandoverTuple>> poses_;  ///< mode all: tuples by pose, as found
   std::uint32_t tuples_seen_ = 0, connects_ = 0, lattice_points_ = 0;
 };
 
@@ -284,8 +284,8 @@ bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
   for (const FeasibleGrasp& given : give.kept) {
     tuples.push_back({X_WH, place, receive.kept.front(), pickOf(pairing, given.grasp), given});
   }
-  if (problem_.mode == SearchMode::kAll) {
-    all_tuples_.insert(all_tuples_.end(), tuples.begin(), tuples.end());
+  if (problem_.mode == SearchMode::kAll) {  // counted first, connected afterwards in the same order
+    poses_.push_back(std::move(tuples));
     return false;
   }
   return tryTuples(pairing, std::move(tuples), kTuplesPerPose);
@@ -298,7 +298,7 @@ bool HandoverSearch::tryPoses(Pairing& pairing, bool wide) {
   counts.giver_arm = pairing.giver->armName();
   counts.receiver_arm = pairing.receiver->armName();
   counts.voxels = static_cast<std::uint32_t>(pairing.points.size());
-  all_tuples_.clear();
+  poses_.clear();
 
   const std::size_t points = wide ? std::min(kWidePoints, pairing.points.size()) : 1;
   const int turns = wide ? kWideTurns : 1;
@@ -318,8 +318,8 @@ bool HandoverSearch::tryPoses(Pairing& pairing, bool wide) {
   counts.rejects = rejects.counts();
   handover_rejects_.add(rejects);
   sink_.emit(counts);
-  if (!solved && problem_.mode == SearchMode::kAll && !all_tuples_.empty()) {
-    solved = tryTuples(pairing, std::move(all_tuples_), kConnectAttempts);
+  for (std::size_t i = 0; i < poses_.size() && !solved; ++i) {
+    solved = tryTuples(pairing, std::move(poses_[i]), kTuplesPerPose);
   }
   if (solved) emitFinal();
   return solved;
