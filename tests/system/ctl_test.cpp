@@ -307,6 +307,24 @@ TEST_F(Handoverd, ServesTheCellsAndStopsOnEitherSignal) {
   }
 }
 
+TEST_F(Handoverd, RejectsNonsenseByField) {
+  Process daemon(serve("--cell butler"), {"XDG_CACHE_HOME=" HANDOVER_BINARY_DIR "/test-cache"});
+  const auto ask = [&](const std::string& more) {
+    return run(command("plan --cell butler --wait 20 " + more), {}, 240s);  // maps are made first
+  };
+  const auto nan = ask("--set robots.hubo.base.xyz=[nan,0,0]");
+  EXPECT_EQ(nan.status, 12) << nan.err;
+  EXPECT_THAT(nan.out, HasSubstr("robots.hubo.base.xyz"));
+  EXPECT_EQ(ask("--set robots.hubo.bass.xyz=[0,0,0]").status, 12);
+  EXPECT_EQ(ask("--set robots.hubo.base.xyz=three").status, 12);
+  EXPECT_EQ(ask("--task dance").status, 12);
+  EXPECT_EQ(ask("--giver-arm third").status, 12);
+  const auto unknown = run(command("plan --cell nowhere"));
+  EXPECT_EQ(unknown.status, 12);
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(), 0);
+}
+
 TEST_F(Handoverd, RefusesBadStarts) {
   EXPECT_EQ(run(serve("--cell nowhere")).status, 3);
   EXPECT_EQ(run(serve("--threads 0")).status, 2);
