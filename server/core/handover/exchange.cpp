@@ -165,7 +165,6 @@ CellState ExchangePlanner::holding(CellState state, const Role& role, const Gras
 }
 
 // ---- Alg. 1
-// --------------------------------------------------------------------------------------
 
 namespace {
 
@@ -239,18 +238,25 @@ PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp
 }
 
 // ---- motions
-// -------------------------------------------------------------------------------------
 
 const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(
     const FeasibleGrasp& pick) {
   const auto [entry, fresh] = picks_.try_emplace(pick.grasp);
   std::optional<PickMotion>& found = entry->second;
   if (!fresh) return found;
+  for (const Eigen::VectorXd& open : openings(giver_, graspOf(giver_, pick))) {
+    found = pickFrom(pick, open);
+    if (found) break;
+  }
+  return found;
+}
+
+std::optional<ExchangePlanner::PickMotion> ExchangePlanner::pickFrom(
+    const FeasibleGrasp& pick, const Eigen::VectorXd& fingers) {
   const Grasp& grasp = graspOf(giver_, pick);
   const auto robot = static_cast<std::size_t>(giver_.robot);
-
   CellState open = start_;
-  open.q[robot] = giver_.withFingers(std::move(open.q[robot]), grasp.open);
+  open.q[robot] = giver_.withFingers(std::move(open.q[robot]), fingers);
   StateChecker open_checker =
       checkers_.make(open, giver_, giver_.arm_model->dofs, {.start_rest = true});
 
@@ -299,10 +305,10 @@ const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(
   std::uint32_t goal = 0;
   const auto reach = search(giver_, giver_.armOf(start_.q[robot]), draw, open_checker,
                             StageKind::kGiverReach, pick.grasp, &goal);
-  if (!reach || goal >= candidates.size()) return found;
+  if (!reach || goal >= candidates.size()) return std::nullopt;
   Candidate& chosen = candidates[goal];
-  found = PickMotion{chosen.q_pick, *reach, std::move(chosen.approach), std::move(chosen.lift)};
-  return found;
+  return PickMotion{fingers, chosen.q_pick, *reach, std::move(chosen.approach),
+                    std::move(chosen.lift)};
 }
 
 const std::optional<ExchangePlanner::PlaceMotion>& ExchangePlanner::placeMotion(
@@ -346,7 +352,27 @@ const std::optional<ExchangePlanner::PlaceMotion>& ExchangePlanner::placeMotion(
   return found;
 }
 
+std::vector<Eigen::VectorXd> ExchangePlanner::openings(const Role& role, const Grasp& grasp) const {
+  std::vector<Eigen::VectorXd> postures;
+  const Eigen::VectorXd start = role.fingersOf(start_.q[static_cast<std::size_t>(role.robot)]);
+  const Eigen::VectorXd opening = grasp.open - grasp.closed;
+  const double factor = (start - grasp.closed).dot(opening) / opening.squaredNorm();
+  const bool leads_there =
+      factor > 1.0 && (start - grasp.closed - factor * opening).cwiseAbs().maxCoeff() < 1e-6;
+  if (leads_there) postures.push_back(start);
+  postures.push_back(grasp.open);
+  return postures;
+}
+
 std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHands(const HandoverTuple& tuple) {
+  for (const Eigen::VectorXd& open : openings(receiver_, graspOf(receiver_, tuple.receive))) {
+    if (auto hands = joinHandsFrom(tuple, open)) return hands;
+  }
+  return std::nullopt;
+}
+
+std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHandsFrom(
+    const HandoverTuple& tuple, const Eigen::VectorXd& fingers) {
   const Grasp& grasp_g = graspOf(giver_, tuple.give);
   const Grasp& grasp_r = graspOf(receiver_, tuple.receive);
   const auto giver = static_cast<std::size_t>(giver_.robot);
@@ -363,7 +389,7 @@ std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHands(const HandoverT
     given.holder = nullptr;  // stands still while the receiver comes
 
     CellState open = given;
-    open.q[receiver] = receiver_.withFingers(std::move(open.q[receiver]), grasp_r.open);
+    open.q[receiver] = receiver_.withFingers(std::move(open.q[receiver]), fingers);
     StateChecker arriving =
         checkers_.make(open, receiver_, receiver_.arm_model->dofs, {.giver_hand = true});
     for (std::size_t j = 0; j < most(tuple.receive); ++j) {
@@ -387,7 +413,7 @@ std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHands(const HandoverT
       if (!leaving.valid(q_g)) continue;
       const auto away = straight(giver_, q_g, X_WTg, giver_.backedOff(X_WTg, kBackOff), leaving);
       if (!away) continue;
-      return Hands{q_g, q_r, reversed(*back), *away};
+      return Hands{fingers, q_g, q_r, reversed(*back), *away};
     }
   }
   return std::nullopt;
@@ -430,15 +456,15 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
   // The giver fetches the object.
   CellState now = start_;
   setArmPath(stage(StageKind::kGiverReach, giver_, now, {}, {}), pick->reach, fingers_g,
-             grasp_g.open);
+             pick->open);
   now.q[giver] = giver_.withFingers(giver_.withArm(now.q[giver], pick->approach.waypoints.front()),
-                                    grasp_g.open);
-  setArmPath(stage(StageKind::kGiverApproach, giver_, now, {}, {}), pick->approach, grasp_g.open,
-             grasp_g.open);
+                                    pick->open);
+  setArmPath(stage(StageKind::kGiverApproach, giver_, now, {}, {}), pick->approach, pick->open,
+             pick->open);
   now.q[giver] = giver_.withArm(now.q[giver], pick->q_pick);
   setFingerPath(
       stage(StageKind::kGiverGrasp, giver_, now, {.giver_hand = true, .start_rest = true}, {}),
-      grasp_g.open, grasp_g.closed);
+      pick->open, grasp_g.closed);
   now = holding(now, giver_, grasp_g, pick->q_pick);
   setArmPath(stage(StageKind::kGiverLift, giver_, now, {.giver_hand = true, .start_rest = true},
                    {&giver_}),
@@ -462,22 +488,23 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
     StagePath& reach =
         stage(StageKind::kReceiverReach, receiver_, now, {.giver_hand = true}, {&giver_});
     CellState open = now;
-    open.q[receiver] = receiver_.withFingers(std::move(open.q[receiver]), grasp_r.open);
+    open.q[receiver] = receiver_.withFingers(std::move(open.q[receiver]), hands->receiver_open);
     StateChecker checker =
         checkers_.make(open, receiver_, receiver_.arm_model->dofs, reach.contacts);
     const auto path = route(receiver_, q_r_start, hands->receiver_approach.waypoints.front(),
                             checker, reach.kind, tuple.receive.grasp);
     if (!path) return Failure{toString(reach.kind)};
-    setArmPath(reach, *path, fingers_r, grasp_r.open);
+    setArmPath(reach, *path, fingers_r, hands->receiver_open);
   }
   now.q[receiver] = receiver_.withFingers(
-      receiver_.withArm(now.q[receiver], hands->receiver_approach.waypoints.front()), grasp_r.open);
+      receiver_.withArm(now.q[receiver], hands->receiver_approach.waypoints.front()),
+      hands->receiver_open);
   setArmPath(stage(StageKind::kReceiverApproach, receiver_, now, {.giver_hand = true}, {&giver_}),
-             hands->receiver_approach, grasp_r.open, grasp_r.open);
+             hands->receiver_approach, hands->receiver_open, hands->receiver_open);
   now.q[receiver] = receiver_.withArm(now.q[receiver], hands->q_r);
   const AllowedContacts both{.giver_hand = true, .receiver_hand = true};
-  setFingerPath(stage(StageKind::kReceiverGrasp, receiver_, now, both, {&giver_}), grasp_r.open,
-                grasp_r.closed);
+  setFingerPath(stage(StageKind::kReceiverGrasp, receiver_, now, both, {&giver_}),
+                hands->receiver_open, grasp_r.closed);
   now.q[receiver] = receiver_.withFingers(now.q[receiver], grasp_r.closed);
   setFingerPath(stage(StageKind::kGiverRelease, giver_, now, both, {&giver_, &receiver_}),
                 grasp_g.closed, grasp_g.open);
@@ -490,11 +517,11 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
     const auto path = route(giver_, hands->giver_back.waypoints.back(), q_g_start, checker,
                             retreat.kind, tuple.give.grasp);
     if (!path) return Failure{toString(retreat.kind)};
-    setArmPath(retreat, joined(hands->giver_back, *path), grasp_g.open, fingers_g);
+    setArmPath(retreat, joined(hands->giver_back, *path), grasp_g.open, grasp_g.open);
   }
 
   // And puts it down.
-  now.q[giver] = start_.q[giver];
+  now.q[giver] = giver_.withArm(now.q[giver], q_g_start);
   now = holding(now, receiver_, grasp_r, hands->q_r);
   {
     StagePath& transfer =
@@ -512,13 +539,13 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
   now = holding(now, receiver_, grasp_r, place->q_place);
   now.holder = nullptr;
   now.X_WO = problem_.task.X_WO_goal;
-  const AllowedContacts releasing{.receiver_hand = true, .goal_rest = true};
+  const AllowedContacts releasing{.receiver_hand = true};
   setFingerPath(stage(StageKind::kReceiverRelease, receiver_, now, releasing, {}), grasp_r.closed,
                 grasp_r.open);
   now.q[receiver] = receiver_.withFingers(now.q[receiver], grasp_r.open);
   StagePath& retreat = stage(StageKind::kReceiverRetreat, receiver_, now, {}, {});
   retreat.early_contacts = {.receiver_hand = true};
-  setArmPath(retreat, place->retreat, grasp_r.open, fingers_r);
+  setArmPath(retreat, place->retreat, grasp_r.open, grasp_r.open);
 
   Exchange exchange;
   exchange.stages = std::move(stages);

@@ -78,6 +78,7 @@ class ExchangePlanner {
 
  private:
   struct PickMotion {
+    Eigen::VectorXd open;  ///< fingers until the grasp
     ArmVector q_pick;
     JointPath reach, approach, lift;
   };
@@ -88,13 +89,21 @@ class ExchangePlanner {
   };
 
   struct Hands {
+    Eigen::VectorXd receiver_open;  ///< receiver's fingers until its grasp
     ArmVector q_g, q_r;
     JointPath receiver_approach, giver_back;  ///< straight on to q_r; straight back from q_g
   };
 
   const std::optional<PickMotion>& pickMotion(const FeasibleGrasp& pick);
   const std::optional<PlaceMotion>& placeMotion(const FeasibleGrasp& place);
+  std::optional<PickMotion> pickFrom(const FeasibleGrasp& pick, const Eigen::VectorXd& open);
   std::optional<Hands> joinHands(const HandoverTuple& tuple);
+  std::optional<Hands> joinHandsFrom(const HandoverTuple& tuple, const Eigen::VectorXd& open);
+
+  /// Finger postures from which a grasp may be closed, in order of preference: as the hand stands
+  /// at the start, if the grasp's own opening leads there (then no finger moves before the grasp);
+  /// the grasp's.
+  std::vector<Eigen::VectorXd> openings(const Role& role, const Grasp& grasp) const;
 
   /// The state with the object in the role's hand, closed by the grasp, at an arm configuration.
   CellState holding(CellState state, const Role& role, const Grasp& grasp,
