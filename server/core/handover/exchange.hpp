@@ -67,6 +67,8 @@ class ExchangePlanner {
   PrunedGrasps pruneGiverAt(const Pose& X_WH, const FeasibleGrasp& receive,
                             const std::vector<int>& candidates);
 
+  /// Whether the receiver can put the object down with this grasp and leave.
+  bool canPlace(const FeasibleGrasp& place) { return placeMotion(place).has_value(); }
   /// All motions of a tuple, or the stage at which none was found.
   struct Failure {
     std::string at;  ///< a stage's name or "hands"

@@ -237,6 +237,11 @@ bool HandoverSearch::tryTuples(Pairing& pairing, std::vector<HandoverTuple> tupl
                    });
   for (std::size_t i = 0; i < tuples.size() && i < most && connects_ < kConnectAttempts; ++i) {
     checkDeadline();
+    // The tuples of a pose share g_r: where it cannot be placed, none of them can.
+    if (!pairing.exchange->canPlace(tuples[i].place)) {
+      motion_rejects_.add(toString(StageKind::kReceiverPlace));
+      return false;
+    }
     ++connects_;
     const auto connected = pairing.exchange->connect(tuples[i]);
     checkDeadline();
