@@ -6,16 +6,7 @@
 #include <cmath>
 
 namespace handover {
-namespace {
-
-constexpr std::string_view kSpace = " \t\r\n\f\v";
-
-}  // namespace
-
-std::optional<double> parseNumber(std::string_view text) {
-  const std::vector<std::string_view> word = splitWords(text);
-  if (word.size() != 1) return std::nullopt;
-  std::string_view digits = word.front();
+std::optional<double> parseNumber(std::string_view digits) {
   // from_chars takes no leading plus, and a second sign after one is no number.
   if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
   double value = 0;
@@ -28,9 +19,9 @@ std::optional<double> parseNumber(std::string_view text) {
 
 std::vector<std::string_view> splitWords(std::string_view text) {
   std::vector<std::string_view> found;
-  for (std::size_t at = text.find_first_not_of(kSpace); at != std::string_view::npos;
-       at = text.find_first_not_of(kSpace, at)) {
-    const std::size_t end = std::min(text.find_first_of(kSpace, at), text.size());
+  for (std::size_t at = text.find_first_not_of(' '); at != std::string_view::npos;
+       at = text.find_first_not_of(' ', at)) {
+    const std::size_t end = std::min(text.find_first_of(' ', at), text.size());
     found.push_back(text.substr(at, end - at));
     at = end;
   }

@@ -7,11 +7,11 @@
 
 namespace handover {
 
-/// A finite decimal number, or nullopt; "+1", "-.5" and "1e-3" are numbers, "1 2", "0x1" and "nan"
-/// are not. White space around it is allowed; the process's locale does not matter.
+/// A finite decimal number, or nullopt; "+1", "-.5" and "1e-3" are numbers, " 1", "1 2", "0x1" and
+/// "nan" are not. The process's locale does not matter.
 std::optional<double> parseNumber(std::string_view text);
 
-/// The parts of a text between white space.
+/// The parts of a text between spaces; other white space belongs to the parts, as in urdfdom.
 std::vector<std::string_view> splitWords(std::string_view text);
 
 }  // namespace handover

@@ -39,23 +39,15 @@ class SrdfReader {
       const std::set<int>& joints = jointsOf(name, *element);
       model_.groups.emplace(name, SrdfGroup{element->GetLineNum(), {joints.begin(), joints.end()}});
     }
-    each(*robot, "end_effector", [this](const XMLElement& e) { readEndEffector(e); });
-    each(*robot, "group_state", [this](const XMLElement& e) { readState(e); });
-    each(*robot, "disable_collisions", [this](const XMLElement& e) { readDisabled(e); });
+    forEach(*robot, "end_effector", [this](const XMLElement& e) { readEndEffector(e); });
+    forEach(*robot, "group_state", [this](const XMLElement& e) { readState(e); });
+    forEach(*robot, "disable_collisions", [this](const XMLElement& e) { readDisabled(e); });
     return std::move(model_);
   }
 
  private:
-  template <typename Visit>
-  static void each(const XMLElement& parent, const char* tag, Visit visit) {
-    for (const XMLElement* e = parent.FirstChildElement(tag); e != nullptr;
-         e = e->NextSiblingElement(tag)) {
-      visit(*e);
-    }
-  }
-
   void collectGroups(const XMLElement& robot) {
-    each(robot, "group", [this](const XMLElement& e) {
+    forEach(robot, "group", [this](const XMLElement& e) {
       const std::string name = requiredText(e, "name", faults_);
       if (name.empty()) return;
       if (!group_elements_.emplace(name, &e).second) {
@@ -81,14 +73,14 @@ class SrdfReader {
     if (!fresh) return entry->second;
     open_groups_.insert(name);
     std::set<int> joints;
-    each(group, "joint",
-         [&](const XMLElement& e) { addMovable(named(joints_, e, "name", "joint"), joints); });
-    each(group, "link", [&](const XMLElement& e) {
+    forEach(group, "joint",
+            [&](const XMLElement& e) { addMovable(named(joints_, e, "name", "joint"), joints); });
+    forEach(group, "link", [&](const XMLElement& e) {
       const int link = named(links_, e, "name", "link");
       if (link > 0) addMovable(urdf_.links[static_cast<std::size_t>(link)].parent_joint, joints);
     });
-    each(group, "chain", [&](const XMLElement& e) { addChain(e, joints); });
-    each(group, "group", [&](const XMLElement& e) { addSubgroup(e, joints); });
+    forEach(group, "chain", [&](const XMLElement& e) { addChain(e, joints); });
+    forEach(group, "group", [&](const XMLElement& e) { addSubgroup(e, joints); });
     open_groups_.erase(name);
     entry->second = std::move(joints);
     return entry->second;
@@ -156,7 +148,7 @@ class SrdfReader {
     const std::string name = requiredText(element, "name", faults_);
     checkGroup(element, "group");
     auto& state = model_.states[name];
-    each(element, "joint", [&](const XMLElement& e) {
+    forEach(element, "joint", [&](const XMLElement& e) {
       const int joint = named(joints_, e, "name", "joint");
       const auto value = requiredNumber(e, "value", faults_);
       if (joint < 0 || !value) return;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// URDF -> links and joints in topological order, every fault with its line. A reader of our own
-// rather than urdfdom's: that one stops at the first fault, names no line and takes zero axes,
-// lower > upper, unknown mimic masters and negative sizes. The tests hold the two against each
-// other.
+// URDF -> links and joints in topological order: urdfdom's values, once our own check has found no
+// fault.
 #pragma once
 
 #include "core/model/robot_loader.hpp"
@@ -21,8 +19,8 @@ struct UrdfModel {
   std::vector<int> dof_joints;
 };
 
-/// Reads `file`; collision meshes by `package://` or relative path stand on the URDF's folder.
-/// Faults are appended, called `shown_file`; the model is usable only if none were.
+/// Reads `file`. Faults (checkUrdf(), and what urdfdom refuses beyond it) are appended, called
+/// `shown_file`; the model is usable only if none were.
 UrdfModel readUrdf(const std::filesystem::path& file, const std::string& shown_file,
                    std::vector<FileFault>& faults);
 

@@ -98,18 +98,14 @@ std::optional<Eigen::Vector3d> vectorOf(const tinyxml2::XMLElement& element, con
   return std::nullopt;
 }
 
-Pose originOf(const tinyxml2::XMLElement& element, XmlFaults& faults) {
-  Pose X = Pose::Identity();
+void checkOrigin(const tinyxml2::XMLElement& element, XmlFaults& faults) {
   const tinyxml2::XMLElement* origin = element.FirstChildElement("origin");
-  if (origin == nullptr) return X;
+  if (origin == nullptr) return;
   if (origin->NextSiblingElement("origin") != nullptr) {
     faults.add(*origin->NextSiblingElement("origin"), described(element) + " has two <origin>s");
   }
-  const auto rpy = vectorOf(*origin, "rpy", faults);
-  const auto xyz = vectorOf(*origin, "xyz", faults);
-  if (rpy) X.linear() = rotationFromRpy(rpy->x(), rpy->y(), rpy->z());
-  if (xyz) X.translation() = *xyz;
-  return X;
+  vectorOf(*origin, "rpy", faults);
+  vectorOf(*origin, "xyz", faults);
 }
 
 std::string described(const tinyxml2::XMLElement& element) {

@@ -5,8 +5,7 @@
 
 #include "core/model/robot_loader.hpp"
 
-#include <handover/common/pose.hpp>
-
+#include <Eigen/Core>
 #include <tinyxml2.h>
 
 #include <filesystem>
@@ -49,12 +48,21 @@ std::optional<double> numberOf(const tinyxml2::XMLElement& element, const char* 
 std::optional<double> requiredNumber(const tinyxml2::XMLElement& element, const char* attribute,
                                      XmlFaults& faults);
 
-/// Three numbers with white space between; nullopt as for numberOf().
+/// Three numbers with spaces between; nullopt as for numberOf().
 std::optional<Eigen::Vector3d> vectorOf(const tinyxml2::XMLElement& element, const char* attribute,
                                         XmlFaults& faults);
 
-/// The <origin xyz= rpy=> child; identity when there is none or it is wrong (a fault).
-Pose originOf(const tinyxml2::XMLElement& element, XmlFaults& faults);
+/// Checks the <origin xyz= rpy=> child, if there is one.
+void checkOrigin(const tinyxml2::XMLElement& element, XmlFaults& faults);
+
+/// Visits every child of this name.
+template <typename Visit>
+void forEach(const tinyxml2::XMLElement& parent, const char* tag, Visit visit) {
+  for (const tinyxml2::XMLElement* e = parent.FirstChildElement(tag); e != nullptr;
+       e = e->NextSiblingElement(tag)) {
+    visit(*e);
+  }
+}
 
 /// "<joint> 'name'" for messages.
 std::string described(const tinyxml2::XMLElement& element);

@@ -12,11 +12,11 @@ namespace handover::testing {
 inline constexpr const char* kTinyUrdf = R"(<robot name="tiny">
   <link name="base"/><link name="upper"/><link name="palm"/><link name="finger"/>
   <joint name="swing" type="revolute"><parent link="base"/><child link="upper"/>
-    <axis xyz="0 0 1"/><limit lower="-2" upper="2" velocity="1"/></joint>
+    <axis xyz="0 0 1"/><limit lower="-2" upper="2" velocity="1" effort="1"/></joint>
   <joint name="reach" type="prismatic"><parent link="upper"/><child link="palm"/>
-    <origin xyz="0.2 0 0.5"/><axis xyz="1 0 0"/><limit lower="0" upper="0.5" velocity="1"/></joint>
+    <origin xyz="0.2 0 0.5"/><axis xyz="1 0 0"/><limit lower="0" upper="0.5" velocity="1" effort="1"/></joint>
   <joint name="bend" type="revolute"><parent link="palm"/><child link="finger"/>
-    <axis xyz="0 1 0"/><limit lower="0" upper="1" velocity="1"/></joint>
+    <axis xyz="0 1 0"/><limit lower="0" upper="1" velocity="1" effort="1"/></joint>
 </robot>
 )";
 

@@ -25,16 +25,16 @@ constexpr const char* kUrdf = R"(<robot name="tiny">
   <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
     <origin xyz="0 0 0.3"/><axis xyz="0 0 2"/><limit lower="-2" upper="2" velocity="1" effort="1"/></joint>
   <joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/>
-    <origin xyz="0 0 1"/><axis xyz="0 1 0"/><limit velocity="0.5"/></joint>
+    <origin xyz="0 0 1"/><axis xyz="0 1 0"/><limit velocity="0.5" effort="1"/></joint>
   <joint name="wrist" type="fixed"><parent link="lower"/><child link="palm"/></joint>
   <joint name="grip" type="fixed"><parent link="palm"/><child link="tool"/><origin xyz="0 0 .1"/></joint>
   <joint name="a" type="revolute"><parent link="palm"/><child link="finger_a"/>
-    <axis xyz="1 0 0"/><limit lower="0.1" upper="1.5" velocity="2"/></joint>
+    <axis xyz="1 0 0"/><limit lower="0.1" upper="1.5" velocity="2" effort="1"/></joint>
   <joint name="b" type="revolute"><parent link="palm"/><child link="finger_b"/>
-    <axis xyz="1 0 0"/><limit lower="-1.2" upper="0" velocity="1"/><mimic joint="a" multiplier="-1" offset="0"/></joint>
+    <axis xyz="1 0 0"/><limit lower="-1.2" upper="0" velocity="1" effort="1"/><mimic joint="a" multiplier="-1" offset="0"/></joint>
   <joint name="tip" type="fixed"><parent link="finger_b"/><child link="tip_b"/></joint>
   <joint name="neck" type="prismatic"><parent link="base"/><child link="head"/>
-    <limit lower="-.262" upper="1e-1" velocity="1"/></joint>
+    <limit lower="-.262" upper="1e-1" velocity="1" effort="1"/></joint>
 </robot>)";
 
 constexpr const char* kSrdf = R"(<robot name="tiny">
@@ -151,7 +151,7 @@ TEST_F(LoadRobot, ComposesAMimicOfAMimic) {
   replace(
       urdf_, "</robot>",
       R"(<joint name="c" type="revolute"><parent link="palm"/><child link="extra"/><axis xyz="1 0 0"/>
-          <limit lower="-9" upper="9" velocity="9"/><mimic joint="b" multiplier="2" offset="0.5"/></joint></robot>)");
+          <limit lower="-9" upper="9" velocity="9" effort="1"/><mimic joint="b" multiplier="2" offset="0.5"/></joint></robot>)");
   const RobotModel model = load();
   const Joint& c = model.joints[static_cast<std::size_t>(model.findJoint("c"))];
   EXPECT_EQ(c.mimic_multiplier, -2.0);

@@ -37,7 +37,7 @@ TEST_P(UrdfFault, IsReportedWithItsLine) {
 
 #define LINKS "<link name='a'/><link name='b'/>\n"
 #define ENDS "<parent link='a'/><child link='b'/>"
-#define LIMIT "<limit lower='-1' upper='1' velocity='1'/>"
+#define LIMIT "<limit lower='-1' upper='1' velocity='1' effort='1'/>"
 
 INSTANTIATE_TEST_SUITE_P(
     All, UrdfFault,
@@ -50,29 +50,42 @@ INSTANTIATE_TEST_SUITE_P(
                 "3: <joint> 'j': <axis> has no xyz"},
         BadUrdf{"lower_above_upper",
                 LINKS "<joint name='j' type='revolute'>" ENDS
-                      "\n\n<limit lower='1' upper='-1' velocity='1'/></joint>",
+                      "\n\n<limit lower='1' upper='-1' velocity='1' effort='1'/></joint>",
                 "5: <joint> 'j': lower limit is above the upper one"},
         BadUrdf{"no_limit", LINKS "<joint name='j' type='prismatic'>" ENDS "</joint>",
                 "3: <joint> 'j' has no <limit>"},
         BadUrdf{"no_velocity",
                 LINKS "<joint name='j' type='revolute'>" ENDS
-                      "<limit lower='-1' upper='1'/></joint>",
+                      "<limit lower='-1' upper='1' effort='1'/></joint>",
                 "3: <limit> has no velocity"},
+        BadUrdf{"no_effort",
+                LINKS "<joint name='j' type='continuous'>" ENDS "<limit velocity='1'/></joint>",
+                "3: <limit> has no effort"},
+        BadUrdf{"limit_of_a_fixed_joint",
+                LINKS "<joint name='j' type='fixed'>" ENDS "<limit effort='1'/></joint>",
+                "3: <limit> has no velocity"},
+        BadUrdf{"tab_in_a_vector",
+                LINKS "<joint name='j' type='fixed'>" ENDS "<origin xyz='0\t0 0'/></joint>",
+                "3: <origin>: xyz is not three finite numbers: '0\t0 0'"},
+        BadUrdf{"space_after_a_number",
+                LINKS "<joint name='j' type='continuous'>" ENDS
+                      "<limit velocity='1 ' effort='1'/></joint>",
+                "3: <limit>: velocity is not a finite number: '1 '"},
         BadUrdf{"negative_velocity",
                 LINKS "<joint name='j' type='revolute'>" ENDS
-                      "<limit lower='-1' upper='1' velocity='-1'/></joint>",
+                      "<limit lower='-1' upper='1' velocity='-1' effort='1'/></joint>",
                 "3: <joint> 'j': velocity limit is negative"},
         BadUrdf{"nan_limit",
                 LINKS "<joint name='j' type='revolute'>" ENDS
-                      "<limit lower='nan' upper='1' velocity='1'/></joint>",
+                      "<limit lower='nan' upper='1' velocity='1' effort='1'/></joint>",
                 "3: <limit>: lower is not a finite number: 'nan'"},
         BadUrdf{"huge_limit",
                 LINKS "<joint name='j' type='revolute'>" ENDS
-                      "<limit lower='-1' upper='1e999' velocity='1'/></joint>",
+                      "<limit lower='-1' upper='1e999' velocity='1' effort='1'/></joint>",
                 "3: <limit>: upper is not a finite number: '1e999'"},
         BadUrdf{"comma_number",
                 LINKS "<joint name='j' type='revolute'>" ENDS
-                      "<limit lower='-1' upper='1,5' velocity='1'/></joint>",
+                      "<limit lower='-1' upper='1,5' velocity='1' effort='1'/></joint>",
                 "3: <limit>: upper is not a finite number: '1,5'"},
         BadUrdf{"infinite_origin",
                 LINKS "<joint name='j' type='fixed'>" ENDS "\n<origin xyz='0 inf 0'/></joint>",
@@ -159,6 +172,20 @@ INSTANTIATE_TEST_SUITE_P(
         BadUrdf{"no_type", LINKS "<joint name='j'>" ENDS "</joint>", "3: <joint> 'j' has no type"},
         BadUrdf{"no_name", LINKS "<joint type='fixed'>" ENDS "</joint>", "3: <joint> has no name"}),
     [](const auto& bad) { return std::string(bad.param.name); });
+
+TEST(Urdf, OfAnotherVersionIsRefused) {
+  EXPECT_THAT(faultsOf("<robot name='r' version='2.0'>\n<link name='a'/></robot>"),
+              ::testing::ElementsAre("1: <robot> 'r': version is not 1.0: '2.0'"));
+}
+
+TEST(Urdf, TellsWhatOnlyUrdfdomRefuses) {
+  ::testing::internal::CaptureStderr();
+  EXPECT_THAT(
+      faultsOf("<robot name='r'><link name='a'><inertial/></link></robot>"),
+      ::testing::ElementsAre(::testing::AllOf(::testing::StartsWith("0: urdfdom refuses it: "),
+                                              ::testing::HasSubstr("nertial"))));
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+}
 
 TEST(Urdf, IslandOfALoopIsReportedPerLink) {
   EXPECT_THAT(
