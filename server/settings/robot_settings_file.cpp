@@ -104,6 +104,9 @@ RobotSettings readRobotSettings(const std::filesystem::path& file,
       for (const auto& [name, hand] : hands->all()) settings.hands.push_back(readHand(name, hand));
     }
   }
+  if (const YamlValue* value = map->find("acceleration")) {
+    settings.acceleration = value->number(kAcceleration).value_or(1);
+  }
   map->finish();
   if (!report.clean()) throw FileError(report.inFile(shown_file));
   settings.lines = report.lines();

@@ -15,8 +15,6 @@ namespace handover {
 namespace {
 
 constexpr int kMaxArmJoints = 8;
-/// Of joints that are no arm's and no hand's: they stand still during a request.
-constexpr double kIdleAcceleration = 1.0;  // [rad/s^2]
 constexpr double kLimitSlack = 1e-6;
 
 std::string joinedText(const std::vector<FileFault>& faults) {
@@ -58,7 +56,7 @@ class RobotAssembler {
 
   void assemble() {
     for (Joint& joint : model_.joints) {
-      if (joint.type != JointType::kFixed) joint.acceleration = kIdleAcceleration;
+      if (joint.type != JointType::kFixed) joint.acceleration = settings_.acceleration;
     }
     for (const HandSettings& hand : settings_.hands) addHand(hand);
     for (const ArmSettings& arm : settings_.arms) addArm(arm);

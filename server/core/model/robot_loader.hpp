@@ -53,6 +53,7 @@ struct RobotSettings {
   std::string urdf, srdf;                        ///< relative to root
   std::vector<ArmSettings> arms;
   std::vector<HandSettings> hands;
+  double acceleration = 1.0;                     ///< [rad/s^2], joints of no arm and no hand
   std::string settings_file;                     ///< for messages
   /// Lines of the settings file by key path ("arms.left.tool_link"), for messages; may be empty.
   std::map<std::string, int> lines;

@@ -44,6 +44,12 @@ TEST(RobotSettings, AreReadWithPathsBelowTheRoot) {
   EXPECT_EQ(model.arms[0].dofs.size(), 2u);
 }
 
+TEST(RobotSettings, MayGiveTheOtherJointsAnAcceleration) {
+  const TinyRoot root;
+  EXPECT_EQ(read(root, kTinyYaml).acceleration, 1.0);
+  EXPECT_EQ(read(root, with(kTinyYaml, "arms:", "acceleration: 0.8\narms:")).acceleration, 0.8);
+}
+
 TEST(RobotSettings, FaultsAreReportedWithTheirLines) {
   EXPECT_THAT(faultsOf(with(kTinyYaml, "version: 1", "version: one")),
               ElementsAre("1: version: must be a whole number from 1 to 1, not 'one'"));
@@ -54,6 +60,8 @@ TEST(RobotSettings, FaultsAreReportedWithTheirLines) {
               ElementsAre("6: arms.arm.approach_axis.2: must be a finite number, not 'x'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "acceleration: 0.5", "acceleration: -1")),
               ElementsAre("6: arms.arm.acceleration: must be within 1e-06 and 1e+06, not '-1'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "arms:", "acceleration: 0\narms:")),
+              ElementsAre("5: acceleration: must be within 1e-06 and 1e+06, not '0'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "[[bend]]", "[bend]")),
               ElementsAre("10: hands.hand.fingers.0: must be a list, not 'bend'"));
   EXPECT_THAT(

@@ -7,6 +7,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 namespace handover {
 namespace {
 
@@ -88,6 +90,23 @@ TEST_F(Butler, MovesTheTrayByToolPose) {
       after.tasks[0].X_WO_goal.translation().z() - before.tasks[0].X_WO_goal.translation().z(),
       0.03, 1e-6);
   EXPECT_NE(sceneHash(*before.scene, before.tasks[0]), sceneHash(*after.scene, after.tasks[0]));
+}
+
+TEST_F(Butler, RobotsAccelerateAsTheyReallyDid) {
+  const auto scene = apply({}).scene;
+  for (const SceneRobot& robot : scene->robots) {
+    const double body = robot.name == "hubo" ? 0.8 : 0.4;
+    for (std::size_t i = 0; i < robot.model->dof_joints.size(); ++i) {
+      const int dof = static_cast<int>(i);
+      const bool finger = std::any_of(
+          robot.model->hands.begin(), robot.model->hands.end(), [dof](const Hand& hand) {
+            return std::find(hand.dofs.begin(), hand.dofs.end(), dof) != hand.dofs.end();
+          });
+      const Joint& joint =
+          robot.model->joints[static_cast<std::size_t>(robot.model->dof_joints[i])];
+      EXPECT_EQ(joint.acceleration, finger ? 5.0 : body) << joint.name;
+    }
+  }
 }
 
 TEST_F(Butler, RefusesAToolPoseOutOfReachByNameOfTheArm) {

@@ -115,6 +115,7 @@ TEST_F(LoadRobot, OrdersLinksFromTheRootAndJointsByChild) {
 }
 
 TEST_F(LoadRobot, ReadsLimitsAxesAndAccelerations) {
+  settings_.acceleration = 0.7;
   const RobotModel model = load();
   const Joint& shoulder = model.joints[static_cast<std::size_t>(model.findJoint("shoulder"))];
   EXPECT_EQ(shoulder.axis, Eigen::Vector3d::UnitZ());
@@ -128,6 +129,7 @@ TEST_F(LoadRobot, ReadsLimitsAxesAndAccelerations) {
   EXPECT_EQ(neck.type, JointType::kPrismatic);
   EXPECT_EQ(neck.lower, -0.262);
   EXPECT_EQ(neck.axis, Eigen::Vector3d::UnitX());
+  EXPECT_EQ(neck.acceleration, 0.7);  // of no arm and no hand
 }
 
 TEST_F(LoadRobot, NarrowsAMasterToWhatItsMimicAllows) {
