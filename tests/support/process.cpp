@@ -14,6 +14,9 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <iterator>
+#include <sstream>
 #include <stdexcept>
 
 namespace handover::test {
@@ -131,6 +134,26 @@ Finished run(std::vector<std::string> command, std::vector<std::string> environm
   if (!status) throw std::runtime_error("took too long: " + text + process.err());
   return {*status, process.out(), process.err()};
 }
+
+std::vector<std::string> words(const std::string& text) {
+  std::istringstream in(text);
+  return {std::istream_iterator<std::string>(in), {}};
+}
+
+std::string textOf(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::stringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+Folder::Folder() {
+  std::string name = (std::filesystem::temp_directory_path() / "handover-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+  path = name;
+}
+
+Folder::~Folder() { std::filesystem::remove_all(path); }
 
 int freeDomain() {
   static int next = static_cast<int>(getpid()) % 89;

@@ -5,6 +5,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,6 +51,23 @@ struct Finished {
 /// Runs a program to its end. @throws std::runtime_error when it takes longer than `most`.
 Finished run(std::vector<std::string> command, std::vector<std::string> environment = {},
              std::chrono::milliseconds most = 30s);
+
+/// Split at blanks.
+std::vector<std::string> words(const std::string& text);
+
+/// A file's content; empty when it cannot be read.
+std::string textOf(const std::filesystem::path& file);
+
+/// A fresh temporary folder, removed with all that is in it.
+class Folder {
+ public:
+  Folder();
+  ~Folder();
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  std::filesystem::path path;
+};
 
 /// A DDS domain that nobody on this machine uses now, a different one at each call.
 int freeDomain();

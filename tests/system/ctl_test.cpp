@@ -22,11 +22,6 @@ const std::string kBin = HANDOVER_BINARY_DIR "/bin/";
 const std::string kCtl = kBin + "handoverctl";
 const std::string kScripted = HANDOVER_BINARY_DIR "/tests/scripted_daemon";
 
-std::vector<std::string> words(const std::string& text) {
-  std::istringstream in(text);
-  return {std::istream_iterator<std::string>(in), {}};
-}
-
 std::vector<std::string> operator+(std::vector<std::string> left,
                                    const std::vector<std::string>& right) {
   left.insert(left.end(), right.begin(), right.end());
@@ -40,29 +35,6 @@ std::vector<nlohmann::json> jsonLines(const std::string& text) {
   for (std::string line; std::getline(in, line);) all.push_back(nlohmann::json::parse(line));
   return all;
 }
-
-std::string textOf(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::stringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "handover-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path = name;
-  }
-
-  ~Folder() { fs::remove_all(path); }
-
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
-  fs::path path;
-};
 
 class Ctl : public testing::Test {
  protected:

@@ -70,7 +70,7 @@ class Recorder : public StageSink {
 
 /// One service for all tests of the file; its cache lies in the build folder.
 CellService& service() {
-  static CellService instance(HANDOVER_SOURCE_DIR, {"butler"}, HANDOVER_BINARY_DIR "/test-cache",
+  static CellService instance(HANDOVER_SOURCE_DIR, {"butler"}, HANDOVER_BINARY_DIR "/test-cache/handover",
                               {}, false);
   static const bool prepared = [] {
     instance.prepare(Deadline());

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// The butler over the wire, by the real programs: planned, verified, the same every time.
+#include "process.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <signal.h>
+
+#include <memory>
+
+namespace handover::test {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kBin = HANDOVER_BINARY_DIR "/bin/";
+
+class Butler : public testing::Test {
+ protected:
+  /// Starts the daemon and waits until it answers.
+  void serve(int threads) {
+    daemon_ = std::make_unique<Process>(
+        words(kBin + "handoverd serve --cell butler --root " HANDOVER_SOURCE_DIR " --domain " +
+              std::to_string(domain_) + " --threads " + std::to_string(threads)),
+        std::vector<std::string>{"XDG_CACHE_HOME=" HANDOVER_BINARY_DIR "/test-cache"});
+    ASSERT_EQ(run(ctl("status --wait 20")).status, 0) << daemon_->err();
+  }
+
+  std::vector<std::string> ctl(const std::string& arguments) const {
+    return words(kBin + "handoverctl " + arguments + " --domain " + std::to_string(domain_));
+  }
+
+  std::string file(const std::string& name) const { return (folder_.path / name).string(); }
+
+  Finished plan(const std::string& output, const std::string& more = "") const {
+    return run(ctl("plan --cell butler --output " + file(output) + " " + more), {}, 240s);
+  }
+
+  /// The text of the file's `plan` member, as it stands in the file.
+  std::string planText(const std::string& name) const {
+    const std::string text = textOf(file(name));
+    const auto begin = text.find("\"plan\":"), end = text.find("\"complete\":");
+    return begin < end && end != std::string::npos ? text.substr(begin, end - begin) : "";
+  }
+
+  void stop() {
+    daemon_->signal(SIGTERM);
+    EXPECT_EQ(daemon_->wait(), 0);
+  }
+
+  const int domain_ = freeDomain();
+  Folder folder_;
+  std::unique_ptr<Process> daemon_;
+};
+
+TEST_F(Butler, PlanIsCompleteAndVerified) {
+  serve(1);
+  const Finished planned = plan("p.json");
+  ASSERT_EQ(planned.status, 0) << planned.out << planned.err;
+  const auto document = nlohmann::json::parse(textOf(file("p.json")));
+  EXPECT_EQ(document["format"], "handover-plan/1");
+  EXPECT_EQ(document["complete"], true);
+  EXPECT_EQ(document["plan"]["stages"].size(), 14u);
+  EXPECT_EQ(document["plan"]["receiver_arm"], "left");
+  const Finished verified = run({kBin + "handover-verify", file("p.json")}, {}, 120s);
+  EXPECT_EQ(verified.status, 0) << verified.out;
+  stop();
+}
+
+TEST_F(Butler, PlanIsTheSameForAnyThreadsAloneOrAmongOthers) {
+  serve(1);
+  ASSERT_EQ(plan("alone.json").status, 0);
+  stop();
+  const std::string alone = planText("alone.json");
+  ASSERT_GT(alone.size(), 1000u);
+
+  serve(2);
+  ASSERT_EQ(plan("two.json").status, 0);
+  EXPECT_EQ(planText("two.json"), alone);
+  // Among three others with other scenes and seeds, before and after it in the queue.
+  const std::vector<std::string> others{"--seed 7", "--set robots.hubo.base.xyz=[1.18,-0.1,0.98]",
+                                        "--search paper --seed 3"};
+  for (const bool first : {true, false}) {
+    std::vector<std::unique_ptr<Process>> running;
+    const auto start = [&](const std::string& name, const std::string& more) {
+      running.push_back(
+          std::make_unique<Process>(ctl("plan --cell butler --output " + file(name) + " " + more)));
+    };
+    if (first) start("among.json", "");
+    for (const auto& other : others) start("other.json", other);
+    if (!first) start("among.json", "");
+    for (auto& process : running) ASSERT_TRUE(process->wait(240s).has_value());
+    EXPECT_EQ(planText("among.json"), alone) << (first ? "first" : "last");
+  }
+  stop();
+}
+
+TEST_F(Butler, ReceiverOutOfReachFailsWithReasonAndCounts) {
+  serve(1);
+  const Finished far =
+      run(ctl("plan --cell butler --json --set robots.hubo.base.xyz=[6,-0.3,0.98]"), {}, 240s);
+  EXPECT_EQ(far.status, 10) << far.out << far.err;
+  EXPECT_THAT(far.out, HasSubstr("no_common_workspace"));
+  EXPECT_THAT(far.out, HasSubstr("\"kept\""));
+  stop();
+}
+
+TEST_F(Butler, SigtermWhilePlanningGivesTheOutcome) {
+  serve(1);
+  // A search over everything takes long enough to be interrupted in the middle.
+  Process asking(ctl("plan --cell butler --mode all --set robots.hubo.base.xyz=[1.18,-1.1,0.98]"));
+  ASSERT_TRUE(asking.waitForOutput("grasps", 120s)) << asking.err();
+  daemon_->signal(SIGTERM);
+  const auto status = asking.wait(60s);
+  ASSERT_TRUE(status.has_value());
+  EXPECT_EQ(*status, 11) << asking.out() << asking.err();
+  EXPECT_EQ(daemon_->wait(), 0);
+}
+
+}  // namespace
+}  // namespace handover::test
