@@ -9,9 +9,10 @@
 namespace handover {
 namespace {
 
-constexpr double kBackOff = 0.10;  // pre-grasp and retreat [m] (scenes.md §4.4)
+// Straight way back from a grasp, and up with the object [m]: the first that works.
+constexpr std::array<double, 3> kBackOff{0.10, 0.07, 0.04};
 constexpr std::array<double, 3> kLift{0.08, 0.05,
-                                      0.03};  // lift and last descent [m], first that works
+                                      0.03};  // lift, last descent [m]: first that works
 // Steps between a route's collision checks [rad]: the search takes the first; a route that does not
 // hold when it is walked in steps of kFineStep is planned again with the next.
 constexpr std::array<double, 2> kSearchSteps{0.03, 0.006};
@@ -115,6 +116,24 @@ std::optional<JointPath> ExchangePlanner::straight(const Role& role, const ArmVe
                            [&](const ArmVector& q_step) { return checker.valid(q_step); });
   if (!line) return std::nullopt;
   return std::move(*line);
+}
+
+std::optional<JointPath> ExchangePlanner::backOff(const Role& role, const ArmVector& q,
+                                                  const Pose& X_WT, StateChecker& checker) {
+  for (const double distance : kBackOff) {
+    auto line = straight(role, q, X_WT, role.backedOff(X_WT, distance), checker);
+    if (line) return line;
+  }
+  return std::nullopt;
+}
+
+std::optional<JointPath> ExchangePlanner::lifted(const Role& role, const ArmVector& q,
+                                                 const Pose& X_WT, StateChecker& checker) {
+  for (const double height : kLift) {
+    auto line = straight(role, q, X_WT, raised(X_WT, height), checker);
+    if (line) return line;
+  }
+  return std::nullopt;
 }
 
 std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVector& from,
@@ -280,18 +299,13 @@ std::optional<ExchangePlanner::PickMotion> ExchangePlanner::pickFrom(
       const ArmVector& q = pick.configurations[next++];
       open_checker.activate();
       if (!open_checker.valid(q)) continue;
-      const auto back = straight(giver_, q, X_WT, giver_.backedOff(X_WT, kBackOff), open_checker);
+      const auto back = backOff(giver_, q, X_WT, open_checker);
       if (!back) continue;
       const CellState held = holding(start_, giver_, grasp, q);
       StateChecker held_checker = checkers_.make(held, giver_, giver_.arm_model->dofs,
                                                  {.giver_hand = true, .start_rest = true});
       std::optional<JointPath> lift;
-      if (held_checker.valid(q)) {
-        for (const double height : kLift) {
-          lift = straight(giver_, q, X_WT, raised(X_WT, height), held_checker);
-          if (lift) break;
-        }
-      }
+      if (held_checker.valid(q)) lift = lifted(giver_, q, X_WT, held_checker);
       open_checker.activate();
       if (!lift) continue;
       candidates.push_back({q, reversed(*back), *lift});
@@ -332,16 +346,11 @@ const std::optional<ExchangePlanner::PlaceMotion>& ExchangePlanner::placeMotion(
         checkers_.make(holding(start_, receiver_, grasp, q), receiver_, receiver_.arm_model->dofs,
                        {.receiver_hand = true, .goal_rest = true});
     if (!held_checker.valid(q)) continue;
-    std::optional<JointPath> up;
-    for (const double height : kLift) {
-      up = straight(receiver_, q, X_WT, raised(X_WT, height), held_checker);
-      if (up) break;
-    }
+    const auto up = lifted(receiver_, q, X_WT, held_checker);
     if (!up) continue;
     open_checker.activate();
     if (!open_checker.valid(q)) continue;
-    const auto back =
-        straight(receiver_, q, X_WT, receiver_.backedOff(X_WT, kBackOff), open_checker);
+    const auto back = backOff(receiver_, q, X_WT, open_checker);
     if (!back) continue;
     const auto home = route(receiver_, back->waypoints.back(), receiver_.armOf(start_.q[robot]),
                             open_checker, StageKind::kReceiverRetreat, place.grasp);
@@ -392,12 +401,12 @@ std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHandsFrom(
     open.q[receiver] = receiver_.withFingers(std::move(open.q[receiver]), fingers);
     StateChecker arriving =
         checkers_.make(open, receiver_, receiver_.arm_model->dofs, {.giver_hand = true});
+    if (!arriving.valid(receiver_.armOf(start_.q[receiver]))) continue;
     for (std::size_t j = 0; j < most(tuple.receive); ++j) {
       const ArmVector& q_r = tuple.receive.configurations[j];
       arriving.activate();
       if (!arriving.valid(q_r)) continue;
-      const auto back =
-          straight(receiver_, q_r, X_WTr, receiver_.backedOff(X_WTr, kBackOff), arriving);
+      const auto back = backOff(receiver_, q_r, X_WTr, arriving);
       if (!back) continue;
 
       // The receiver has closed its hand; the giver's opens and leaves.
@@ -410,8 +419,9 @@ std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHandsFrom(
       taken.q[giver] = giver_.withFingers(std::move(taken.q[giver]), grasp_g.open);
       StateChecker leaving =
           checkers_.make(taken, giver_, giver_.arm_model->dofs, {.receiver_hand = true});
-      if (!leaving.valid(q_g)) continue;
-      const auto away = straight(giver_, q_g, X_WTg, giver_.backedOff(X_WTg, kBackOff), leaving);
+      // The giver has to get back to its start posture while the receiver still stands here.
+      if (!leaving.valid(q_g) || !leaving.valid(giver_.armOf(start_.q[giver]))) continue;
+      const auto away = backOff(giver_, q_g, X_WTg, leaving);
       if (!away) continue;
       return Hands{fingers, q_g, q_r, reversed(*back), *away};
     }
@@ -433,7 +443,7 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
   const auto& place = placeMotion(tuple.place);
   if (!place) return Failure{toString(StageKind::kReceiverPlace)};
   const auto hands = joinHands(tuple);
-  if (!hands) return Failure{"hands"};
+  if (!hands) return Failure{kHands};
   const auto& pick = pickMotion(tuple.pick);
   if (!pick) return Failure{toString(StageKind::kGiverReach)};
 

@@ -69,10 +69,13 @@ class ExchangePlanner {
 
   /// Whether the receiver can put the object down with this grasp and leave.
   bool canPlace(const FeasibleGrasp& place) { return placeMotion(place).has_value(); }
+
   /// All motions of a tuple, or the stage at which none was found.
   struct Failure {
-    std::string at;  ///< a stage's name or "hands"
+    std::string at;  ///< a stage's name or kHands
   };
+
+  static constexpr const char* kHands = "hands";  ///< both hands at the object, coming and leaving
 
   std::variant<Exchange, Failure> connect(const HandoverTuple& tuple);
 
@@ -112,6 +115,11 @@ class ExchangePlanner {
                     const ArmVector& q) const;
   std::optional<JointPath> straight(const Role& role, const ArmVector& q, const Pose& X_WT,
                                     const Pose& X_WT_end, StateChecker& checker);
+  /// Straight back from a grasp, against its approach; straight up with the object.
+  std::optional<JointPath> backOff(const Role& role, const ArmVector& q, const Pose& X_WT,
+                                   StateChecker& checker);
+  std::optional<JointPath> lifted(const Role& role, const ArmVector& q, const Pose& X_WT,
+                                  StateChecker& checker);
   std::optional<JointPath> route(const Role& role, const ArmVector& from, const ArmVector& to,
                                  StateChecker& checker, StageKind kind, int grasp);
   /// IKBiRRT and shortcuts; the route holds when walked in fine steps.

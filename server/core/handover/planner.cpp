@@ -21,6 +21,7 @@ constexpr int kWideTurns = 8;                // rotations about z_shoulder that 
 constexpr std::uint32_t kWidePoses = 1'500;  // handover poses that `wide` asks for at most
 constexpr std::size_t kTuplesPerPose = 3;    // tuples of one pose whose motions are tried
 constexpr std::uint32_t kConnectAttempts = 60;  // tuples of a request whose motions are tried
+constexpr std::uint32_t kHandsAttempts = 600;   // tuples whose hands did not go together
 
 /// Something ended the search before its answer: an outcome by itself.
 struct Ended {
@@ -83,6 +84,9 @@ class HandoverSearch {
                     std::vector<StageTrajectory> trajectories);
   void emitFinal();
   Outcome explain() const;
+
+  bool spent() const { return connects_ >= kConnectAttempts || hands_ >= kHandsAttempts; }
+
   const FeasibleGrasp& pickOf(const Pairing& pairing, int giver_grasp) const;
 
   const HandoverProblem& problem_;
@@ -94,7 +98,7 @@ class HandoverSearch {
   RejectTally handover_rejects_, motion_rejects_;
   std::optional<std::pair<Solution, std::vector<StageTrajectory>>> final_;
   std::vector<std::vector<HandoverTuple>> poses_;  ///< mode all: tuples by pose, as found
-  std::uint32_t tuples_seen_ = 0, connects_ = 0, lattice_points_ = 0;
+  std::uint32_t tuples_seen_ = 0, connects_ = 0, hands_ = 0, lattice_points_ = 0;
 };
 
 void HandoverSearch::checkDeadline() const {
@@ -235,20 +239,30 @@ bool HandoverSearch::tryTuples(Pairing& pairing, std::vector<HandoverTuple> tupl
                      return std::pair(a.place.manipulability, a.give.manipulability) >
                             std::pair(b.place.manipulability, b.give.manipulability);
                    });
-  for (std::size_t i = 0; i < tuples.size() && i < most && connects_ < kConnectAttempts; ++i) {
+  std::size_t searched = 0;
+  for (std::size_t i = 0; i < tuples.size() && searched < most && connects_ < kConnectAttempts;
+       ++i) {
     checkDeadline();
     // The tuples of a pose share g_r: where it cannot be placed, none of them can.
     if (!pairing.exchange->canPlace(tuples[i].place)) {
       motion_rejects_.add(toString(StageKind::kReceiverPlace));
       return false;
     }
-    ++connects_;
     const auto connected = pairing.exchange->connect(tuples[i]);
     checkDeadline();
     if (const auto* failure = std::get_if<ExchangePlanner::Failure>(&connected)) {
       motion_rejects_.add(failure->at);
+      // Hands that do not go together are found out cheaply; only searches for motions are counted.
+      if (failure->at == ExchangePlanner::kHands) {
+        ++hands_;
+      } else {
+        ++connects_;
+        ++searched;
+      }
       continue;
     }
+    ++connects_;
+    ++searched;
     const Exchange& exchange = std::get<Exchange>(connected);
     auto timed = timeStages(problem_, pairing.exchange->checkers(), exchange, 0);
     if (const auto* failure = std::get_if<TimingFailure>(&timed)) {
@@ -313,7 +327,7 @@ bool HandoverSearch::tryPoses(Pairing& pairing, bool wide) {
       if (wide && point == 0 && turn == 0) continue;  // the paper's, tried already
       for (const FeasibleGrasp* place : pairing.place_order) {
         checkDeadline();
-        if (counts.poses_tried >= kWidePoses || connects_ >= kConnectAttempts) break;
+        if (counts.poses_tried >= kWidePoses || spent()) break;
         solved = tryPose(pairing, *place, pairing.points[point], 2 * M_PI * turn / kWideTurns,
                          counts, rejects);
         if (solved) break;
