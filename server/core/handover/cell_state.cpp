@@ -74,8 +74,8 @@ std::vector<NamePair> CheckerFactory::names(const AllowedContacts& contacts) con
 }
 
 StateChecker CheckerFactory::make(const CellState& state, const Role& mover,
-                                  const std::vector<int>& dofs, const AllowedContacts& contacts,
-                                  const std::vector<BodyId>& ignored) const {
+                                  const std::vector<int>& dofs,
+                                  const AllowedContacts& contacts) const {
   StateCheckerSetup setup(*problem_.collision, mover.robot, dofs);
   setup.q = state.q;
   if (state.holder == &mover) {
@@ -83,19 +83,7 @@ StateChecker CheckerFactory::make(const CellState& state, const Role& mover,
   }
   setup.X_WO[at(object_)] = state.X_WO;
   setup.allowed = allowed(contacts);
-  if (!ignored.empty()) setup.allowed.insert(armBodies(mover), ignored);
   return StateChecker(world_, std::move(setup));
-}
-
-std::vector<BodyId> CheckerFactory::armBodies(const Role& role) const {
-  std::vector<int> dofs = role.arm_model->dofs;
-  dofs.insert(dofs.end(), role.hand->dofs.begin(), role.hand->dofs.end());
-  std::vector<BodyId> bodies;
-  for (const int link : role.model->linksMovedBy(dofs)) {
-    const BodyId body = problem_.collision->linkBody(role.robot, link);
-    if (body >= 0) bodies.push_back(body);
-  }
-  return bodies;
 }
 
 }  // namespace handover

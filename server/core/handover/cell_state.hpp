@@ -50,13 +50,9 @@ class CheckerFactory {
   BodyPairs allowed(const AllowedContacts& contacts) const;
 
   /// A checker for motions of `dofs` of the mover's robot while all else stands as in `state`.
-  /// Pairs of the mover with bodies of `ignored` are left out (e.g. the other robot's arm before
-  /// its configuration is known).
   StateChecker make(const CellState& state, const Role& mover, const std::vector<int>& dofs,
-                    const AllowedContacts& contacts, const std::vector<BodyId>& ignored = {}) const;
+                    const AllowedContacts& contacts) const;
 
-  /// Bodies of the role's arm and hand.
-  std::vector<BodyId> armBodies(const Role& role) const;
   /// Names of the pairs that `contacts` allows, for the plan's may_touch: sorted.
   std::vector<NamePair> names(const AllowedContacts& contacts) const;
 

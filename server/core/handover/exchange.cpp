@@ -191,11 +191,11 @@ namespace {
 class GraspChecker {
  public:
   GraspChecker(const CheckerFactory& checkers, CellState state, const Role& role,
-               AllowedContacts open, AllowedContacts closed, const std::vector<BodyId>& ignored)
+               AllowedContacts open, AllowedContacts closed)
       : role_(role),
         state_(std::move(state)),
-        open_(checkers.make(state_, role, role.arm_model->dofs, open, ignored)),
-        closed_(checkers.make(state_, role, role.arm_model->dofs, closed, ignored)) {}
+        open_(checkers.make(state_, role, role.arm_model->dofs, open)),
+        closed_(checkers.make(state_, role, role.arm_model->dofs, closed)) {}
 
   std::optional<BodyContact> operator()(const Grasp& grasp, const ArmVector& q) {
     if (auto hit = test(open_, grasp.open, q)) return hit;
@@ -220,7 +220,7 @@ class GraspChecker {
 
 PrunedGrasps ExchangePlanner::pruneGiverAtStart() {
   GraspChecker test(checkers_, start_, giver_, {.start_rest = true},
-                    {.giver_hand = true, .start_rest = true}, {});
+                    {.giver_hand = true, .start_rest = true});
   return pruneGrasps(giver_, *problem_.collision, start_.X_WO, {}, std::ref(test),
                      budget_.configurations * 2, deadline_);
 }
@@ -229,7 +229,7 @@ PrunedGrasps ExchangePlanner::pruneReceiverAtGoal() {
   CellState state = start_;
   state.X_WO = problem_.task.X_WO_goal;
   GraspChecker test(checkers_, state, receiver_, {.goal_rest = true},
-                    {.receiver_hand = true, .goal_rest = true}, {});
+                    {.receiver_hand = true, .goal_rest = true});
   return pruneGrasps(receiver_, *problem_.collision, state.X_WO, {}, std::ref(test),
                      budget_.configurations * 2, deadline_);
 }
@@ -237,8 +237,9 @@ PrunedGrasps ExchangePlanner::pruneReceiverAtGoal() {
 PrunedGrasps ExchangePlanner::pruneReceiverAt(const Pose& X_WH, int receiver_grasp) {
   CellState state = start_;
   state.X_WO = X_WH;
-  GraspChecker test(checkers_, state, receiver_, {}, {.receiver_hand = true},
-                    checkers_.armBodies(giver_));
+  // With the giver's arm at its start: that is where it has to get to while the receiver stands
+  // here.
+  GraspChecker test(checkers_, state, receiver_, {}, {.receiver_hand = true});
   return pruneGrasps(receiver_, *problem_.collision, X_WH, {receiver_grasp}, std::ref(test),
                      budget_.configurations * 2, deadline_);
 }
@@ -251,7 +252,7 @@ PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp
   robot = receiver_.withFingers(receiver_.withArm(std::move(robot), receive.configurations.front()),
                                 graspOf(receiver_, receive).closed);
   const AllowedContacts both{.giver_hand = true, .receiver_hand = true};
-  GraspChecker test(checkers_, state, giver_, both, both, {});
+  GraspChecker test(checkers_, state, giver_, both, both);
   return pruneGrasps(giver_, *problem_.collision, X_WH, candidates, std::ref(test),
                      budget_.configurations * 2, deadline_);
 }
@@ -419,8 +420,7 @@ std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHandsFrom(
       taken.q[giver] = giver_.withFingers(std::move(taken.q[giver]), grasp_g.open);
       StateChecker leaving =
           checkers_.make(taken, giver_, giver_.arm_model->dofs, {.receiver_hand = true});
-      // The giver has to get back to its start posture while the receiver still stands here.
-      if (!leaving.valid(q_g) || !leaving.valid(giver_.armOf(start_.q[giver]))) continue;
+      if (!leaving.valid(q_g)) continue;
       const auto away = backOff(giver_, q_g, X_WTg, leaving);
       if (!away) continue;
       return Hands{fingers, q_g, q_r, reversed(*back), *away};

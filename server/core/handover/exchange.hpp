@@ -48,7 +48,7 @@ struct HandoverTuple {
 struct ExchangeBudget {
   std::uint32_t rrt_iterations = 2'000;
   std::uint32_t shortcut_attempts = 30;
-  std::size_t configurations = 6;  ///< of a grasp, tried as ends of motions
+  std::size_t configurations = 4;  ///< of a grasp, tried as ends of motions
 };
 
 /// Plans the motions of tuples between one giver arm and one receiver arm, keeping what tuples
@@ -61,7 +61,7 @@ class ExchangePlanner {
   /// Alg. 1 with O at the start, by the giver ([paper] §IV-C), and at the goal, by the receiver.
   PrunedGrasps pruneGiverAtStart();
   PrunedGrasps pruneReceiverAtGoal();
-  /// Alg. 3's last step: the receiver's grasp with O at X_WH, the giver's arm left out.
+  /// Alg. 3's last step: the receiver's grasp with O at X_WH, the giver's arm at its start.
   PrunedGrasps pruneReceiverAt(const Pose& X_WH, int receiver_grasp);
   /// Alg. 2: the giver's grasps (of `candidates`) with O at X_WH and the receiver's hand in place.
   PrunedGrasps pruneGiverAt(const Pose& X_WH, const FeasibleGrasp& receive,
