@@ -221,8 +221,10 @@ class GraspChecker {
 PrunedGrasps ExchangePlanner::pruneGiverAtStart() {
   GraspChecker test(checkers_, start_, giver_, {.start_rest = true},
                     {.giver_hand = true, .start_rest = true});
-  return pruneGrasps(giver_, *problem_.collision, start_.X_WO, {}, std::ref(test),
-                     budget_.configurations * 2, deadline_);
+  const ArmVector home = giver_.armOf(start_.q[static_cast<std::size_t>(giver_.robot)]);
+  const auto cost = [&](int, const ArmVector& q) { return travelTime(giver_, home, q); };
+  return pruneGrasps(giver_, *problem_.collision, start_.X_WO, {}, cost, std::ref(test),
+                     budget_.tested_configurations, deadline_);
 }
 
 PrunedGrasps ExchangePlanner::pruneReceiverAtGoal() {
@@ -230,22 +232,30 @@ PrunedGrasps ExchangePlanner::pruneReceiverAtGoal() {
   state.X_WO = problem_.task.X_WO_goal;
   GraspChecker test(checkers_, state, receiver_, {.goal_rest = true},
                     {.receiver_hand = true, .goal_rest = true});
-  return pruneGrasps(receiver_, *problem_.collision, state.X_WO, {}, std::ref(test),
-                     budget_.configurations * 2, deadline_);
+  // The paper's criterion: the dexterity of the placing.
+  const auto cost = [&](int, const ArmVector& q) {
+    return -receiver_.kinematics->manipulability(q);
+  };
+  return pruneGrasps(receiver_, *problem_.collision, state.X_WO, {}, cost, std::ref(test),
+                     budget_.tested_configurations, deadline_);
 }
 
-PrunedGrasps ExchangePlanner::pruneReceiverAt(const Pose& X_WH, int receiver_grasp) {
+PrunedGrasps ExchangePlanner::pruneReceiverAt(const Pose& X_WH, const FeasibleGrasp& place) {
   CellState state = start_;
   state.X_WO = X_WH;
   // With the giver's arm at its start: that is where it has to get to while the receiver stands
   // here.
   GraspChecker test(checkers_, state, receiver_, {}, {.receiver_hand = true});
-  return pruneGrasps(receiver_, *problem_.collision, X_WH, {receiver_grasp}, std::ref(test),
-                     budget_.configurations * 2, deadline_);
+  const ArmVector home = receiver_.armOf(start_.q[static_cast<std::size_t>(receiver_.robot)]);
+  const auto cost = [&](int, const ArmVector& q) {
+    return travelTime(receiver_, home, q) + travelTime(receiver_, q, place.configurations.front());
+  };
+  return pruneGrasps(receiver_, *problem_.collision, X_WH, {place.grasp}, cost, std::ref(test),
+                     budget_.tested_configurations, deadline_);
 }
 
 PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp& receive,
-                                           const std::vector<int>& candidates) {
+                                           const PrunedGrasps& picks) {
   CellState state = start_;
   state.X_WO = X_WH;
   RobotVector& robot = state.q[static_cast<std::size_t>(receiver_.robot)];
@@ -253,8 +263,15 @@ PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp
                                 graspOf(receiver_, receive).closed);
   const AllowedContacts both{.giver_hand = true, .receiver_hand = true};
   GraspChecker test(checkers_, state, giver_, both, both);
-  return pruneGrasps(giver_, *problem_.collision, X_WH, candidates, std::ref(test),
-                     budget_.configurations * 2, deadline_);
+  std::vector<int> candidates;
+  for (const auto& pick : picks.kept) candidates.push_back(pick.grasp);
+  const ArmVector home = giver_.armOf(start_.q[static_cast<std::size_t>(giver_.robot)]);
+  const auto cost = [&](int grasp, const ArmVector& q) {
+    return travelTime(giver_, picks.find(grasp)->configurations.front(), q) +
+           travelTime(giver_, q, home);
+  };
+  return pruneGrasps(giver_, *problem_.collision, X_WH, candidates, cost, std::ref(test),
+                     budget_.tested_configurations, deadline_);
 }
 
 // ---- motions

@@ -48,7 +48,8 @@ struct HandoverTuple {
 struct ExchangeBudget {
   std::uint32_t rrt_iterations = 2'000;
   std::uint32_t shortcut_attempts = 30;
-  std::size_t configurations = 4;  ///< of a grasp, tried as ends of motions
+  std::size_t configurations = 4;          ///< of a grasp, tried as ends of motions
+  std::size_t tested_configurations = 12;  ///< of a grasp, tested before it is given up
 };
 
 /// Plans the motions of tuples between one giver arm and one receiver arm, keeping what tuples
@@ -62,10 +63,11 @@ class ExchangePlanner {
   PrunedGrasps pruneGiverAtStart();
   PrunedGrasps pruneReceiverAtGoal();
   /// Alg. 3's last step: the receiver's grasp with O at X_WH, the giver's arm at its start.
-  PrunedGrasps pruneReceiverAt(const Pose& X_WH, int receiver_grasp);
-  /// Alg. 2: the giver's grasps (of `candidates`) with O at X_WH and the receiver's hand in place.
+  PrunedGrasps pruneReceiverAt(const Pose& X_WH, const FeasibleGrasp& place);
+  /// Alg. 2: the giver's grasps (of those it can pick with) with O at X_WH and the receiver's hand
+  /// in place.
   PrunedGrasps pruneGiverAt(const Pose& X_WH, const FeasibleGrasp& receive,
-                            const std::vector<int>& candidates);
+                            const PrunedGrasps& picks);
 
   /// Whether the receiver can put the object down with this grasp and leave.
   bool canPlace(const FeasibleGrasp& place) { return placeMotion(place).has_value(); }

@@ -65,7 +65,6 @@ class HandoverSearch {
     std::unique_ptr<ExchangePlanner> exchange;
     std::vector<LatticePoint> points;
     std::vector<const FeasibleGrasp*> place_order;  ///< 𝒢_r, most dexterous placing first
-    std::vector<int> giver_candidates;              ///< 𝒢_g
   };
 
   Outcome search();
@@ -86,8 +85,6 @@ class HandoverSearch {
   Outcome explain() const;
 
   bool spent() const { return connects_ >= kConnectAttempts || hands_ >= kHandsAttempts; }
-
-  const FeasibleGrasp& pickOf(const Pairing& pairing, int giver_grasp) const;
 
   const HandoverProblem& problem_;
   StageSink& sink_;
@@ -213,7 +210,6 @@ bool HandoverSearch::open(Pairing& pairing) {
   if (given.kept.empty()) return false;
   const PrunedGrasps& received = receiverGrasps(pairing);
   if (received.kept.empty()) return false;
-  for (const auto& grasp : given.kept) pairing.giver_candidates.push_back(grasp.grasp);
   for (const auto& grasp : received.kept) pairing.place_order.push_back(&grasp);
   std::stable_sort(pairing.place_order.begin(), pairing.place_order.end(),
                    [](const FeasibleGrasp* a, const FeasibleGrasp* b) {
@@ -222,12 +218,6 @@ bool HandoverSearch::open(Pairing& pairing) {
   pairing.points = crossMaps(pairing.giver->map, pairing.receiver->map, kNeighbourhood);
   lattice_points_ += static_cast<std::uint32_t>(pairing.points.size());
   return !pairing.points.empty();
-}
-
-const FeasibleGrasp& HandoverSearch::pickOf(const Pairing& pairing, int giver_grasp) const {
-  const auto& kept = given_.at(pairing.giver_arm).kept;
-  return *std::lower_bound(kept.begin(), kept.end(), giver_grasp,
-                           [](const FeasibleGrasp& a, int grasp) { return a.grasp < grasp; });
 }
 
 bool HandoverSearch::tryTuples(Pairing& pairing, std::vector<HandoverTuple> tuples,
@@ -288,11 +278,11 @@ bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
   const Pose X_WH = X_WT * grasp.X_OT.inverse();
   ++counts.poses_tried;
 
-  const PrunedGrasps receive = pairing.exchange->pruneReceiverAt(X_WH, place.grasp);
+  const PrunedGrasps receive = pairing.exchange->pruneReceiverAt(X_WH, place);
   rejects.add(receive.rejects);
   if (receive.kept.empty()) return false;
   const PrunedGrasps give =
-      pairing.exchange->pruneGiverAt(X_WH, receive.kept.front(), pairing.giver_candidates);
+      pairing.exchange->pruneGiverAt(X_WH, receive.kept.front(), given_.at(pairing.giver_arm));
   rejects.add(give.rejects);
   if (give.kept.empty()) return false;
   ++counts.poses;
@@ -301,7 +291,8 @@ bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
 
   std::vector<HandoverTuple> tuples;
   for (const FeasibleGrasp& given : give.kept) {
-    tuples.push_back({X_WH, place, receive.kept.front(), pickOf(pairing, given.grasp), given});
+    tuples.push_back({X_WH, place, receive.kept.front(),
+                      *given_.at(pairing.giver_arm).find(given.grasp), given});
   }
   if (problem_.mode == SearchMode::kAll) {  // counted first, connected afterwards in the same order
     poses_.push_back(std::move(tuples));

@@ -7,7 +7,7 @@
 namespace handover {
 namespace {
 
-constexpr int kSwivelSamples = 16;
+constexpr int kSwivelSamples = 8;
 
 std::string robotOf(const std::string& body) { return body.substr(0, body.find('/')); }
 
@@ -21,9 +21,20 @@ void tally(const CollisionScene& names, const BodyContact& hit, RejectTally& rej
 
 }  // namespace
 
+const FeasibleGrasp* PrunedGrasps::find(int grasp) const {
+  const auto found =
+      std::lower_bound(kept.begin(), kept.end(), grasp,
+                       [](const FeasibleGrasp& a, int index) { return a.grasp < index; });
+  return found != kept.end() && found->grasp == grasp ? &*found : nullptr;
+}
+
+double travelTime(const Role& role, const ArmVector& from, const ArmVector& to) {
+  return ((to - from).cwiseAbs().array() / role.kinematics->velocity().array()).maxCoeff();
+}
+
 PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Pose& X_WO,
-                         const std::vector<int>& candidates, const GraspTest& test,
-                         std::size_t most, const Deadline& deadline) {
+                         const std::vector<int>& candidates, const ConfigurationCost& cost,
+                         const GraspTest& test, std::size_t most, const Deadline& deadline) {
   std::vector<int> all(candidates);
   if (all.empty()) {
     all.resize(role.grasps->grasps.size());
@@ -48,7 +59,7 @@ PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Po
     }
     order.clear();
     for (std::size_t i = 0; i < solutions.size(); ++i) {
-      order.emplace_back(-role.kinematics->manipulability(solutions[i]), i);
+      order.emplace_back(cost(index, solutions[i]), i);
     }
     std::sort(order.begin(), order.end());
     std::optional<BodyContact> first_hit;
@@ -60,7 +71,7 @@ PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Po
       }
       FeasibleGrasp feasible;
       feasible.grasp = index;
-      feasible.manipulability = -order[i].first;
+      feasible.manipulability = role.kinematics->manipulability(solutions[order[i].second]);
       for (std::size_t j = i; j < order.size() && j < i + most; ++j) {
         feasible.configurations.push_back(solutions[order[j].second]);
       }

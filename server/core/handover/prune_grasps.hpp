@@ -15,25 +15,34 @@ namespace handover {
 /// A grasp that survived at one object pose.
 struct FeasibleGrasp {
   int grasp = -1;  ///< index in the role's set
-  /// Configurations that reach it, highest manipulability first; the first one is known to be free,
-  /// those after it are untested.
+  /// Configurations that reach it, cheapest first; the first one is known to be free, those after
+  /// it are untested.
   std::vector<ArmVector> configurations;
   double manipulability = 0;  ///< of the first
 };
 
 struct PrunedGrasps {
-  std::vector<FeasibleGrasp> kept;  ///< in the set's order
+  std::vector<FeasibleGrasp> kept;  ///< by rising index in the set
   std::uint32_t tested = 0;
   RejectTally rejects;
+
+  /// By index in the set; nullptr if it did not survive.
+  const FeasibleGrasp* find(int grasp) const;
 };
 
 /// Tells whether a configuration with a grasp is free; a contact tells why it is not.
 using GraspTest = std::function<std::optional<BodyContact>(const Grasp& grasp, const ArmVector& q)>;
 
+/// Ranks the configurations of a grasp: the lowest cost is tried first.
+using ConfigurationCost = std::function<double(int grasp, const ArmVector& q)>;
+
+/// How long [s] the slowest joint is under way between two configurations, at its speed limit.
+double travelTime(const Role& role, const ArmVector& from, const ArmVector& to);
+
 /// Prunes a role's grasps (those in `candidates`, all if empty) with the object at X_WO.
 /// @param most  tested configurations per grasp before it is given up.
 PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Pose& X_WO,
-                         const std::vector<int>& candidates, const GraspTest& test,
-                         std::size_t most, const Deadline& deadline);
+                         const std::vector<int>& candidates, const ConfigurationCost& cost,
+                         const GraspTest& test, std::size_t most, const Deadline& deadline);
 
 }  // namespace handover
