@@ -61,6 +61,6 @@ struct CellDescription {
 };
 
 /// Faults go to `report`; the description is usable only if there were none.
-CellDescription readCell(const YAML::Node& document, YamlReport& report);
+CellDescription readCell(const YamlNode& document, YamlReport& report);
 
 }  // namespace handover

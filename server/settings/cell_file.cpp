@@ -25,13 +25,12 @@ std::string yamlOf(const std::vector<double>& values) {
 }
 
 /// Both ends of a range and every choice must be values that the reader takes.
-void checkVariation(const std::string& text, const std::string& shown_file,
-                    const Variation& variation, YamlReport& report) {
+void checkVariation(const YamlNode& cell, const Variation& variation, YamlReport& report) {
   std::vector<std::string> values = variation.choices;
   if (!variation.from.empty()) values = {yamlOf(variation.from), yamlOf(variation.to)};
   for (const std::string& value : values) {
     const std::vector<Override> change{{variation.path, value}};
-    YAML::Node document = parseYaml(text, shown_file);
+    YamlNode document = cell;
     std::vector<Fault> faults = applyOverrides(document, change);
     if (faults.empty()) {
       YamlReport changed;
@@ -69,8 +68,7 @@ void loadModels(const CellDescription& cell, const std::filesystem::path& root, 
 
 struct Cell::Data {
   std::filesystem::path file, root;
-  std::string text;  ///< parsed anew per request: yaml-cpp's nodes are not
-                     ///< safe to read from two threads
+  YamlNode document;
   CellDescription description;
   ModelCache models;                          ///< those of this cell
   std::map<std::string, KnownShapes> shapes;  ///< by object
@@ -83,16 +81,16 @@ Cell Cell::load(const std::filesystem::path& file, const std::filesystem::path& 
   auto data = std::make_shared<Data>();
   data->file = file;
   data->root = root;
-  data->text = readSettingsText(file);
   const std::string shown_file = file.string();
+  data->document = parseYaml(readSettingsText(file), shown_file);
   YamlReport report;
-  data->description = readCell(parseYaml(data->text, shown_file), report);
+  data->description = readCell(data->document, report);
   if (!report.clean()) throw FileError(report.inFile(shown_file));
 
   std::vector<FileFault> robot_faults;
   loadModels(data->description, root, models, report, robot_faults);
   for (const Variation& variation : data->description.variations) {
-    checkVariation(data->text, shown_file, variation, report);
+    checkVariation(data->document, variation, report);
   }
   if (report.clean() && robot_faults.empty()) {
     for (const RobotDescription& robot : data->description.robots) {
@@ -132,7 +130,7 @@ std::variant<Cell::Instance, std::vector<Fault>> Cell::instantiate(
     scene->revision = revision;
     return Instance{std::move(scene), data_->tasks};
   }
-  YAML::Node document = YAML::Load(data_->text);
+  YamlNode document = data_->document;
   if (auto faults = applyOverrides(document, overrides); !faults.empty()) return faults;
   YamlReport report;
   const CellDescription description = readCell(document, report);

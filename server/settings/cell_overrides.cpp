@@ -22,58 +22,58 @@ std::vector<std::string> splitPath(const std::string& path) {
   return keys;
 }
 
-bool hasKey(const YAML::Node& map, const std::string& key) {
-  return map.IsMap() && map[key].IsDefined();
-}
-
 /// What is wrong with the path before anything is set; empty if nothing.
-std::string pathFault(const YAML::Node& document, const std::vector<std::string>& keys) {
+std::string pathFault(const YamlNode& document, const std::vector<std::string>& keys) {
   const bool blank = std::any_of(keys.begin(), keys.end(), [](const auto& k) { return k.empty(); });
   if (blank || keys.size() > kMaxDepth) return "unknown path";
   const std::string& part = keys[0];
   if (part == "version" || part == "name" || part == "vary") return "cannot be overridden";
   if (part != "robots" && part != "objects" && part != "tasks") return "unknown path";
   if (keys.size() < 2) return "names no entry of " + part;
-  const YAML::Node entries = document[part];
-  if (hasKey(entries, keys[1])) return "";
+  const YamlNode* entries = document.find(part);
+  if (entries != nullptr && entries->find(keys[1]) != nullptr) return "";
   return "unknown path: no '" + keys[1] + "' in " + part;
 }
 
 /// Sets keys[at...] below `node`; false if a key cannot lead on.
-bool setBelow(YAML::Node node, const std::vector<std::string>& keys, std::size_t at,
-              const YAML::Node& value) {
+bool setBelow(YamlNode& node, const std::vector<std::string>& keys, std::size_t at,
+              YamlNode value) {
   const std::string& key = keys[at];
-  if (node.IsSequence()) {
-    for (std::size_t i = 0; i < node.size(); ++i) {
-      if (!node[i].IsMap() || !hasKey(node[i], "name") || !node[i]["name"].IsScalar()) continue;
-      if (node[i]["name"].Scalar() != key) continue;
-      if (at + 1 < keys.size()) return setBelow(node[i], keys, at + 1, value);
-      node[i] = value;
-      return true;
-    }
-    return false;
+  const bool last = at + 1 == keys.size();
+  if (node.isList()) {
+    const auto named =
+        std::find_if(node.values.begin(), node.values.end(), [&key](const YamlNode& entry) {
+          const YamlNode* name = entry.find("name");
+          return name != nullptr && name->isScalar() && name->text == key;
+        });
+    if (named == node.values.end()) return false;
+    if (!last) return setBelow(*named, keys, at + 1, std::move(value));
+    *named = std::move(value);
+    return true;
   }
-  if (!node.IsMap()) return false;
-  if (at + 1 < keys.size()) {
-    if (!hasKey(node, key)) node[key] = YAML::Node(YAML::NodeType::Map);
-    return setBelow(node[key], keys, at + 1, value);
+  if (!node.isMap()) return false;
+  if (!last) {
+    YamlNode* below = node.find(key);
+    if (below == nullptr) {
+      below = &node.set(key, YamlNode{YamlNode::Kind::kMap, 0, {}, {}, {}});
+    }
+    return setBelow(*below, keys, at + 1, std::move(value));
   }
   // A rotation given one way replaces one given the other way.
   if (key == "rpy_deg") node.remove("quat_wxyz");
   if (key == "quat_wxyz") node.remove("rpy_deg");
-  node[key] = value;
+  node.set(key, std::move(value));
   return true;
 }
 
-std::string overrideFault(YAML::Node document, const Override& change) {
+std::string overrideFault(YamlNode& document, const Override& change) {
   const std::vector<std::string> keys = splitPath(change.path);
   if (std::string fault = pathFault(document, keys); !fault.empty()) return fault;
   if (change.value.size() > kMaxValueBytes) return "the value is too long";
   try {
-    const YAML::Node value = YAML::Load(change.value);
-    return setBelow(document, keys, 0, value) ? "" : "unknown path";
-  } catch (const YAML::Exception& error) {
-    return "the value is not well-formed YAML: " + error.msg;
+    return setBelow(document, keys, 0, parseYaml(change.value, "")) ? "" : "unknown path";
+  } catch (const FileError& error) {
+    return "the value " + error.faults()[0].message;
   }
 }
 
@@ -84,7 +84,7 @@ bool leadsTo(std::string_view path, std::string_view inner) {
 
 }  // namespace
 
-std::vector<Fault> applyOverrides(YAML::Node document, const std::vector<Override>& overrides) {
+std::vector<Fault> applyOverrides(YamlNode& document, const std::vector<Override>& overrides) {
   std::vector<Fault> faults;
   for (const Override& change : overrides) {
     std::string fault = overrideFault(document, change);

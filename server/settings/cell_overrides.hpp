@@ -13,7 +13,7 @@ namespace handover {
 /// Sets every override, in order. Only entries of robots, objects and tasks that the document has
 /// can be changed; keys below them may be new, the reader decides. Returns the faults, by the
 /// override's path.
-std::vector<Fault> applyOverrides(YAML::Node document, const std::vector<Override>& overrides);
+std::vector<Fault> applyOverrides(YamlNode& document, const std::vector<Override>& overrides);
 
 /// Faults of the reader, told by the override that they come from where there is one: the last one
 /// whose path leads to the fault, or through it.

@@ -326,14 +326,15 @@ void readNamed(YamlMap& cell, const char* key, YamlReport& report, std::vector<T
   auto map = value == nullptr ? std::nullopt : value->map();
   if (!map) return;
   for (const auto& [name, entry] : map->all()) {
-    if (!YamlValue(YAML::Node(name), entry.path(), report).name()) continue;
+    const YamlNode written{YamlNode::Kind::kScalar, 0, name, {}, {}};
+    if (!YamlValue(written, entry.path(), report).name()) continue;
     out.push_back(read(name, entry));
   }
 }
 
 }  // namespace
 
-CellDescription readCell(const YAML::Node& document, YamlReport& report) {
+CellDescription readCell(const YamlNode& document, YamlReport& report) {
   CellDescription cell;
   auto map = YamlValue(document, "", report).map();
   if (!map) return cell;

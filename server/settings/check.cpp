@@ -58,10 +58,8 @@ void checkSrdf(const fs::path& file, std::vector<FileFault>& faults) {
 }
 
 void checkYaml(const fs::path& file, const std::string& text, const fs::path& root) {
-  const YAML::Node document = parseYaml(text, file.string());
-  const auto has = [&document](const char* key) {
-    return document.IsMap() && document[key].IsDefined();
-  };
+  const YamlNode document = parseYaml(text, file.string());
+  const auto has = [&document](const char* key) { return document.find(key) != nullptr; };
   if (has("robots") || has("objects") || has("tasks")) {
     ModelCache models;
     Cell::load(file, root, models);

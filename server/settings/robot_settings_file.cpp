@@ -88,7 +88,8 @@ RobotSettings readRobotSettings(const std::filesystem::path& file,
   RobotSettings settings;
   settings.root = root;
   settings.settings_file = shown_file;
-  auto map = YamlValue(parseYaml(readSettingsText(file), shown_file), "", report).map();
+  const YamlNode document = parseYaml(readSettingsText(file), shown_file);
+  auto map = YamlValue(document, "", report).map();
   if (!map) throw FileError(report.inFile(shown_file));
   if (const YamlValue* version = map->require("version")) version->integer(1, 1);
   if (const YamlValue* name = map->require("name")) settings.name = name->name().value_or("");

@@ -9,7 +9,8 @@ DaemonSettings readDaemonSettings(const std::filesystem::path& file) {
   const std::string shown_file = file.string();
   YamlReport report;
   DaemonSettings settings;
-  auto map = YamlValue(parseYaml(readSettingsText(file), shown_file), "", report).map();
+  const YamlNode document = parseYaml(readSettingsText(file), shown_file);
+  auto map = YamlValue(document, "", report).map();
   if (!map) throw FileError(report.inFile(shown_file));
   if (const YamlValue* version = map->require("version")) version->integer(1, 1);
   if (const YamlValue* cells = map->find("cells")) {

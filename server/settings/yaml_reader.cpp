@@ -21,10 +21,10 @@ std::string shown(double value) {
   return text.str();
 }
 
-std::string shown(const YAML::Node& node) {
-  if (node.IsScalar()) return "'" + node.Scalar() + "'";
-  if (node.IsSequence()) return "a list";
-  return node.IsMap() ? "a map" : "nothing";
+std::string shown(const YamlNode& node) {
+  if (node.isScalar()) return "'" + node.text + "'";
+  if (node.isList()) return "a list";
+  return node.isMap() ? "a map" : "nothing";
 }
 
 bool isNameCharacter(char c) {
@@ -56,15 +56,15 @@ std::vector<FileFault> YamlReport::inFile(const std::string& file) const {
   return out;
 }
 
-YamlValue::YamlValue(YAML::Node node, std::string path, YamlReport& report, int line)
-    : node_(std::move(node)), path_(std::move(path)), report_(&report) {
-  if (line == 0) line = node_.Mark().line + 1;
+YamlValue::YamlValue(const YamlNode& node, std::string path, YamlReport& report, int line)
+    : node_(&node), path_(std::move(path)), report_(&report) {
+  if (line == 0) line = node.line;
   if (line > 0) report.locate(path_, line);
 }
 
 std::optional<std::string> YamlValue::text() const {
-  if (node_.IsScalar() && !node_.Scalar().empty()) return node_.Scalar();
-  fault("must be a text, not " + shown(node_));
+  if (node_->isScalar() && !node_->text.empty()) return node_->text;
+  fault("must be a text, not " + shown(*node_));
   return std::nullopt;
 }
 
@@ -80,35 +80,35 @@ std::optional<std::string> YamlValue::name() const {
 std::optional<std::string> YamlValue::oneOf(std::initializer_list<const char*> words) const {
   std::string choice;
   for (const char* word : words) {
-    if (node_.IsScalar() && node_.Scalar() == word) return node_.Scalar();
+    if (node_->isScalar() && node_->text == word) return node_->text;
     if (!choice.empty()) choice += ", ";
     choice += word;
   }
-  fault("must be one of " + choice + ", not " + shown(node_));
+  fault("must be one of " + choice + ", not " + shown(*node_));
   return std::nullopt;
 }
 
 std::optional<double> YamlValue::number(NumberRange range) const {
   const std::optional<double> value =
-      node_.IsScalar() ? parseNumber(node_.Scalar()) : std::optional<double>();
+      node_->isScalar() ? parseNumber(node_->text) : std::optional<double>();
   if (!value) {
-    fault("must be a finite number, not " + shown(node_));
+    fault("must be a finite number, not " + shown(*node_));
     return std::nullopt;
   }
   if (*value >= range.low && *value <= range.high) return value;
   fault("must be within " + shown(range.low) + " and " + shown(range.high) + ", not " +
-        shown(node_));
+        shown(*node_));
   return std::nullopt;
 }
 
 std::optional<int> YamlValue::integer(int low, int high) const {
   const std::optional<double> value =
-      node_.IsScalar() ? parseNumber(node_.Scalar()) : std::optional<double>();
+      node_->isScalar() ? parseNumber(node_->text) : std::optional<double>();
   if (value && *value == std::floor(*value) && *value >= low && *value <= high) {
     return static_cast<int>(*value);
   }
   fault("must be a whole number from " + std::to_string(low) + " to " + std::to_string(high) +
-        ", not " + shown(node_));
+        ", not " + shown(*node_));
   return std::nullopt;
 }
 
@@ -124,7 +124,7 @@ std::optional<std::vector<double>> YamlValue::numbers(NumberRange range) const {
 }
 
 std::optional<Eigen::Vector3d> YamlValue::vector(NumberRange range) const {
-  if (!node_.IsSequence() || node_.size() != 3) {
+  if (!node_->isList() || node_->values.size() != 3) {
     fault("must be a list of three numbers");
     return std::nullopt;
   }
@@ -134,13 +134,13 @@ std::optional<Eigen::Vector3d> YamlValue::vector(NumberRange range) const {
 }
 
 std::optional<std::vector<YamlValue>> YamlValue::list() const {
-  if (!node_.IsSequence()) {
-    fault("must be a list, not " + shown(node_));
+  if (!node_->isList()) {
+    fault("must be a list, not " + shown(*node_));
     return std::nullopt;
   }
   std::vector<YamlValue> entries;
-  for (std::size_t i = 0; i < node_.size(); ++i) {
-    entries.emplace_back(node_[i], joinedPath(path_, std::to_string(i)), *report_);
+  for (std::size_t i = 0; i < node_->values.size(); ++i) {
+    entries.emplace_back(node_->values[i], joinedPath(path_, std::to_string(i)), *report_);
   }
   return entries;
 }
@@ -157,34 +157,26 @@ std::optional<std::vector<std::string>> YamlValue::texts() const {
 }
 
 std::optional<YamlMap> YamlValue::map() const {
-  if (!node_.IsMap()) {
-    fault("must be a map, not " + shown(node_));
+  if (!node_->isMap()) {
+    fault("must be a map, not " + shown(*node_));
     return std::nullopt;
   }
   std::vector<std::pair<std::string, YamlValue>> entries;
   std::set<std::string> keys;
-  for (const auto& entry : node_) {
-    if (!entry.first.IsScalar()) {
+  for (std::size_t i = 0; i < node_->keys.size(); ++i) {
+    if (!node_->keys[i].isScalar()) {
       fault("has a key that is not a text");
       continue;
     }
-    const std::string& key = entry.first.Scalar();
+    const std::string& key = node_->keys[i].text;
     if (!keys.insert(key).second) {
       fault("has the key '" + key + "' twice");
       continue;
     }
-    entries.emplace_back(key, YamlValue(entry.second, joinedPath(path_, key), *report_,
-                                        entry.first.Mark().line + 1));
+    entries.emplace_back(
+        key, YamlValue(node_->values[i], joinedPath(path_, key), *report_, node_->keys[i].line));
   }
   return YamlMap(std::move(entries), path_, *report_);
-}
-
-std::string YamlValue::flowText() const {
-  YAML::Emitter out;
-  out.SetMapFormat(YAML::Flow);
-  out.SetSeqFormat(YAML::Flow);
-  out << node_;
-  return out.c_str();
 }
 
 YamlMap::YamlMap(std::vector<std::pair<std::string, YamlValue>> entries, std::string path,
@@ -236,14 +228,6 @@ std::string readSettingsText(const std::filesystem::path& file) {
   if (bytes > 0) text << stream.rdbuf();
   if (error || !stream || !text) throw FileError({{file.string(), 0, "cannot be read"}});
   return text.str();
-}
-
-YAML::Node parseYaml(const std::string& text, const std::string& shown_file) {
-  try {
-    return YAML::Load(text);
-  } catch (const YAML::Exception& error) {
-    throw FileError({{shown_file, error.mark.line + 1, "is not well-formed YAML: " + error.msg}});
-  }
 }
 
 }  // namespace handover

@@ -4,9 +4,9 @@
 #pragma once
 
 #include "core/model/robot_loader.hpp"
+#include "settings/yaml_node.hpp"
 
 #include <Eigen/Core>
-#include <yaml-cpp/yaml.h>
 
 #include <filesystem>
 #include <initializer_list>
@@ -58,21 +58,22 @@ class YamlMap;
 /// One value with its path.
 class YamlValue {
  public:
-  /// Lies on `line`, where its key stands; 0: where it starts itself.
-  YamlValue(YAML::Node node, std::string path, YamlReport& report, int line = 0);
+  /// Lies on `line`, where its key stands; 0: where it starts itself. The node outlives the value.
+  YamlValue(const YamlNode& node, std::string path, YamlReport& report, int line = 0);
+  YamlValue(YamlNode&&, std::string, YamlReport&, int = 0) = delete;
 
   const std::string& path() const { return path_; }
 
   YamlReport& report() const { return *report_; }
 
-  bool isScalar() const { return node_.IsScalar(); }
+  bool isScalar() const { return node_->isScalar(); }
 
-  bool isList() const { return node_.IsSequence(); }
+  bool isList() const { return node_->isList(); }
 
-  bool isMap() const { return node_.IsMap(); }
+  bool isMap() const { return node_->isMap(); }
 
   /// Nothing after the colon, or "".
-  bool isEmpty() const { return node_.IsNull() || (node_.IsScalar() && node_.Scalar().empty()); }
+  bool isEmpty() const { return !isList() && !isMap() && node_->text.empty(); }
 
   void fault(std::string message) const { report_->add(path_, std::move(message)); }
 
@@ -89,10 +90,10 @@ class YamlValue {
   std::optional<std::vector<std::string>> texts() const;
   std::optional<YamlMap> map() const;
   /// The value written as YAML on one line.
-  std::string flowText() const;
+  std::string flowText() const { return node_->flowText(); }
 
  private:
-  YAML::Node node_;
+  const YamlNode* node_;
   std::string path_;
   YamlReport* report_;
 };
@@ -126,8 +127,5 @@ std::string joinedPath(const std::string& parent, const std::string& key);
 
 /// The text of a file. @throws FileError when it cannot be read or is larger than 4 MiB.
 std::string readSettingsText(const std::filesystem::path& file);
-
-/// Parses a document. @throws FileError with the line of the syntax fault.
-YAML::Node parseYaml(const std::string& text, const std::string& shown_file);
 
 }  // namespace handover

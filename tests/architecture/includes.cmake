@@ -29,7 +29,7 @@ only("OMPL is for server/core/motion" "ompl/" "server/core/motion/[^/]*\\.cpp$")
 only("urdfdom is for server/core/model" "urdf_|console_bridge/" "server/core/model/[^/]*\\.cpp$")
 only("assimp is for server/core/model and the verifier" "assimp/"
      "server/core/model/[^/]*\\.cpp$" "client/verify/[^/]*\\.cpp$")
-only("YAML is for server/settings" "yaml-cpp/" "server/settings/")
+only("YAML is for server/settings" "yaml-cpp/" "server/settings/[^/]*\\.cpp$")
 only("DDS is for the wire, the daemon's endpoint and the client library"
      "fast(dds|rtps|cdr)/|handover(PubSubTypes)?\\.h" "common/wire/" "server/dds/" "client/src/")
 only("the core knows nothing above it" "wire/|dds/|settings/|runtime/|handover/client/"
