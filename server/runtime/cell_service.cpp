@@ -262,11 +262,12 @@ Outcome CellService::plan(const PlanRequest& request, StageSink& sink, const Dea
   checkArm(*instance.scene, problem.task.giver, request.giver_arm, "giver_arm", faults);
   checkArm(*instance.scene, problem.task.receiver, request.receiver_arm, "receiver_arm", faults);
   if (!faults.empty()) return badRequest(std::move(faults));
+  problem.scene = startOf(instance.scene, problem.task);
 
   const auto known = loaded->collision.find(problem.task.object);
   problem.collision = request.overrides.empty() && known != loaded->collision.end()
                           ? known->second
-                          : collisionForTask(*instance.scene, problem.task.object);
+                          : collisionForTask(*problem.scene, problem.task.object);
   problem.resources = resources(*instance.scene, problem.task.object, deadline);
   problem.giver_arm = request.giver_arm;
   problem.receiver_arm = request.receiver_arm;

@@ -70,8 +70,8 @@ class Recorder : public StageSink {
 
 /// One service for all tests of the file; its cache lies in the build folder.
 CellService& service() {
-  static CellService instance(HANDOVER_SOURCE_DIR, {"butler"}, HANDOVER_BINARY_DIR "/test-cache/handover",
-                              {}, false);
+  static CellService instance(HANDOVER_SOURCE_DIR, {"butler"},
+                              HANDOVER_BINARY_DIR "/test-cache/handover", {}, false);
   static const bool prepared = [] {
     instance.prepare(Deadline());
     return true;
@@ -147,6 +147,59 @@ TEST(CellService, SaysWhyAReceiverSixMetresAwayCannot) {
   EXPECT_EQ(failed->reason, FailureReason::kNoCommonWorkspace);
   EXPECT_FALSE(failed->explanation.text.empty());
 }
+
+struct Hopeless {
+  const char* name;
+  std::vector<Override> overrides;
+  FailureReason reason;
+  std::string culprit;  // one of the causes names it; empty: no pair is asked for
+};
+
+class CellServiceFailure : public testing::TestWithParam<Hopeless> {};
+
+TEST_P(CellServiceFailure, NamesTheFilterThatEmptied) {
+  PlanRequest request = butlerRequest();
+  request.overrides = GetParam().overrides;
+  Recorder recorder;
+  const Outcome outcome = service().plan(request, recorder, Deadline());
+  const auto* failed = std::get_if<Failed>(&outcome);
+  ASSERT_NE(failed, nullptr) << outcome.index();
+  EXPECT_EQ(failed->reason, GetParam().reason) << toString(failed->reason);
+  EXPECT_FALSE(failed->explanation.text.empty());
+  bool named = GetParam().culprit.empty();
+  for (const auto& cause : failed->explanation.causes) {
+    EXPECT_GT(cause.count, 0u);
+    named =
+        named || cause.pair.first == GetParam().culprit || cause.pair.second == GetParam().culprit;
+  }
+  EXPECT_TRUE(named) << GetParam().culprit;
+}
+
+const Override kInWorld{"tasks.serve.goal.frame", "world"};
+
+INSTANTIATE_TEST_SUITE_P(
+    Butler, CellServiceFailure,
+    testing::Values(Hopeless{"CupInTheCarton",
+                             {{"objects.cup.pose.xyz", "[0.35, -0.80, 0.80]"}},
+                             FailureReason::kStartInCollision,
+                             "milk_carton"},
+                    Hopeless{"CupFarAway",
+                             {{"objects.cup.pose.xyz", "[-2, -2, 1]"}},
+                             FailureReason::kStartUnreachable,
+                             "crichton/right"},
+                    Hopeless{"GoalInTheTable",
+                             {kInWorld, {"tasks.serve.goal.xyz", "[0.5, 0, 0.69]"}},
+                             FailureReason::kGoalInCollision,
+                             "table"},
+                    Hopeless{"GoalFarAway",
+                             {kInWorld, {"tasks.serve.goal.xyz", "[3, 3, 1]"}},
+                             FailureReason::kGoalUnreachable,
+                             "hubo/left"},
+                    Hopeless{"CupUnderATable",
+                             {{"objects.table.pose.xyz", "[-0.5, -1.2, 0.38]"}},
+                             FailureReason::kNoGraspAtStart,
+                             "table"}),
+    [](const auto& one) { return one.param.name; });
 
 TEST(CellService, RejectsWhatIsNotFiniteOrUnknown) {
   for (const Override& bad : {Override{"robots.hubo.base.xyz", "[.nan, 0, 0]"},
