@@ -230,8 +230,7 @@ bool HandoverSearch::tryTuples(Pairing& pairing, std::vector<HandoverTuple> tupl
                             std::pair(b.place.manipulability, b.give.manipulability);
                    });
   std::size_t searched = 0;
-  for (std::size_t i = 0; i < tuples.size() && searched < most && connects_ < kConnectAttempts;
-       ++i) {
+  for (std::size_t i = 0; i < tuples.size() && searched < most && !spent(); ++i) {
     checkDeadline();
     // The tuples of a pose share g_r: where it cannot be placed, none of them can.
     if (!pairing.exchange->canPlace(tuples[i].place)) {
