@@ -6,7 +6,8 @@ flat-shaded, each robot in its colour, the object green.
     render_plan.py plan.json --stage giver_grasp --camera 1.6 -2.2 1.9  0.2 -0.4 0.9 --zoom 1.5 --output a.png
 
 The moment is the end of a stage (`start` and `end` mean the plan's) or a time. The camera is two points, from and
-at, in the world. Writes PNG. Needs nothing but Python.
+at, in the world; --hide takes away what stands in the view. Writes PNG, in less than a second. Needs nothing but
+Python.
 """
 
 import argparse
