@@ -17,6 +17,8 @@ constexpr std::array<double, 3> kLift{0.08, 0.05,
 // hold when it is walked in steps of kFineStep is planned again with the next.
 constexpr std::array<double, 2> kSearchSteps{0.03, 0.006};
 constexpr double kFineStep = 0.005;
+constexpr std::uint64_t kRouteAttempts = 4;  // trees grown for one route
+constexpr double kFairDetour = 1.4;          // way over straight way that needs no other tree
 
 std::uint64_t mix(std::uint64_t x) {  // splitmix64's finaliser
   x += 0x9e3779b97f4a7c15ull;
@@ -40,6 +42,17 @@ JointPath joined(JointPath first, const JointPath& second) {
 Pose raised(Pose X, double height) {
   X.translation().z() += height;
   return X;
+}
+
+/// A path's way in joint space over the straight one from end to end, both as travel times; 1 if
+/// none.
+double detourOf(const Role& role, const JointPath& path) {
+  double way = 0;
+  for (std::size_t i = 1; i < path.waypoints.size(); ++i) {
+    way += travelTime(role, path.waypoints[i - 1], path.waypoints[i]);
+  }
+  const double straight = travelTime(role, path.waypoints.front(), path.waypoints.back());
+  return straight > 0 ? way / straight : 1.0;
 }
 
 const Grasp& graspOf(const Role& role, const FeasibleGrasp& feasible) {
@@ -149,18 +162,39 @@ std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVect
     return true;
   };
   IkBiRrtSettings settings;
-  settings.seed = seedFor(kind, grasp);
   settings.max_iterations = budget_.rrt_iterations;
-  for (const double step : kSearchSteps) {
-    motion.resolution = step;
-    const auto path = planIkBiRrt(motion, from, goals, settings, deadline_, goal);
-    if (!path) return std::nullopt;
-    const JointPath shorter =
-        shortcut(motion, *path, settings.seed, budget_.shortcut_attempts, deadline_);
-    if (holds(shorter)) return shorter;
-    if (holds(*path)) return *path;
+  std::uint32_t found_goal = 0;
+  const auto attempt = [&](std::uint64_t seed) -> std::optional<JointPath> {
+    settings.seed = seed;
+    for (const double step : kSearchSteps) {
+      motion.resolution = step;
+      auto path = planIkBiRrt(motion, from, goals, settings, deadline_, &found_goal);
+      if (!path) return std::nullopt;
+      auto shorter = shortcut(motion, *path, seed, budget_.shortcut_attempts, deadline_);
+      if (holds(shorter)) return shorter;
+      if (holds(*path)) return std::move(*path);
+    }
+    return std::nullopt;
+  };
+  // A random tree may lead far around; where it does, others are grown and the shortest way is
+  // kept.
+  std::optional<JointPath> best;
+  double best_detour = 0;
+  for (std::uint64_t i = 0; i < kRouteAttempts; ++i) {
+    auto path = attempt(mix(seedFor(kind, grasp) + i));
+    if (!path) {
+      if (!best) return std::nullopt;
+      continue;
+    }
+    const double detour = detourOf(role, *path);
+    if (!best || detour < best_detour) {
+      best = std::move(path);
+      best_detour = detour;
+      if (goal != nullptr) *goal = found_goal;
+    }
+    if (best_detour < kFairDetour) break;
   }
-  return std::nullopt;
+  return best;
 }
 
 std::optional<JointPath> ExchangePlanner::route(const Role& role, const ArmVector& from,
