@@ -99,13 +99,15 @@ void setFingerPath(StagePath& stage, const Eigen::VectorXd& from, const Eigen::V
 
 ExchangePlanner::ExchangePlanner(const HandoverProblem& problem, const Role& giver,
                                  const Role& receiver, CollisionWorld& world,
-                                 const ExchangeBudget& budget, const Deadline& deadline)
+                                 CollisionWorld& spare_world, const ExchangeBudget& budget,
+                                 const Deadline& deadline)
     : problem_(problem),
       giver_(giver),
       receiver_(receiver),
       budget_(budget),
       deadline_(deadline),
       checkers_(problem, giver, receiver, world),
+      spare_checkers_(problem, giver, receiver, spare_world),
       start_(checkers_.startState()) {}
 
 std::uint64_t ExchangePlanner::seedFor(StageKind kind, int grasp) const {
@@ -221,39 +223,39 @@ CellState ExchangePlanner::holding(CellState state, const Role& role, const Gras
 
 namespace {
 
-/// Tests a grasp with the hand open and closed, everything else as in a state.
+/// Tests a grasp with the hand open and closed, everything else as in a state. Each of the two has
+/// a world of its own, so that the scene is set anew only when the grasp changes.
 class GraspChecker {
  public:
-  GraspChecker(const CheckerFactory& checkers, CellState state, const Role& role,
-               AllowedContacts open, AllowedContacts closed)
+  GraspChecker(const CheckerFactory& open_checkers, const CheckerFactory& closed_checkers,
+               const CellState& state, const Role& role, AllowedContacts open,
+               AllowedContacts closed)
       : role_(role),
-        state_(std::move(state)),
-        open_(checkers.make(state_, role, role.arm_model->dofs, open)),
-        closed_(checkers.make(state_, role, role.arm_model->dofs, closed)) {}
+        q_(state.q[static_cast<std::size_t>(role.robot)]),
+        open_(open_checkers.make(state, role, role.arm_model->dofs, open)),
+        closed_(closed_checkers.make(state, role, role.arm_model->dofs, closed)) {}
 
   std::optional<BodyContact> operator()(const Grasp& grasp, const ArmVector& q) {
-    if (auto hit = test(open_, grasp.open, q)) return hit;
-    return test(closed_, grasp.closed, q);
+    if (&grasp != grasp_) {
+      grasp_ = &grasp;
+      open_.setPosture(role_.robot, role_.withFingers(q_, grasp.open));
+      closed_.setPosture(role_.robot, role_.withFingers(q_, grasp.closed));
+    }
+    if (auto hit = open_.hit(q)) return hit;
+    return closed_.hit(q);
   }
 
  private:
-  std::optional<BodyContact> test(StateChecker& checker, const Eigen::VectorXd& fingers,
-                                  const ArmVector& q) {
-    RobotVector& robot = state_.q[static_cast<std::size_t>(role_.robot)];
-    robot = role_.withFingers(std::move(robot), fingers);
-    checker.setPosture(role_.robot, robot);
-    return checker.hit(q);
-  }
-
   const Role& role_;
-  CellState state_;
+  RobotVector q_;
+  const Grasp* grasp_ = nullptr;
   StateChecker open_, closed_;
 };
 
 }  // namespace
 
 PrunedGrasps ExchangePlanner::pruneGiverAtStart() {
-  GraspChecker test(checkers_, start_, giver_, {.start_rest = true},
+  GraspChecker test(checkers_, spare_checkers_, start_, giver_, {.start_rest = true},
                     {.giver_hand = true, .start_rest = true});
   const ArmVector home = giver_.armOf(start_.q[static_cast<std::size_t>(giver_.robot)]);
   const auto cost = [&](int, const ArmVector& q) { return travelTime(giver_, home, q); };
@@ -264,7 +266,7 @@ PrunedGrasps ExchangePlanner::pruneGiverAtStart() {
 PrunedGrasps ExchangePlanner::pruneReceiverAtGoal() {
   CellState state = start_;
   state.X_WO = problem_.task.X_WO_goal;
-  GraspChecker test(checkers_, state, receiver_, {.goal_rest = true},
+  GraspChecker test(checkers_, spare_checkers_, state, receiver_, {.goal_rest = true},
                     {.receiver_hand = true, .goal_rest = true});
   // The paper's criterion: the dexterity of the placing.
   const auto cost = [&](int, const ArmVector& q) {
@@ -279,7 +281,7 @@ PrunedGrasps ExchangePlanner::pruneReceiverAt(const Pose& X_WH, const FeasibleGr
   state.X_WO = X_WH;
   // With the giver's arm at its start: that is where it has to get to while the receiver stands
   // here.
-  GraspChecker test(checkers_, state, receiver_, {}, {.receiver_hand = true});
+  GraspChecker test(checkers_, spare_checkers_, state, receiver_, {}, {.receiver_hand = true});
   const ArmVector home = receiver_.armOf(start_.q[static_cast<std::size_t>(receiver_.robot)]);
   const auto cost = [&](int, const ArmVector& q) {
     return travelTime(receiver_, home, q) + travelTime(receiver_, q, place.configurations.front());
@@ -296,7 +298,7 @@ PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp
   robot = receiver_.withFingers(receiver_.withArm(std::move(robot), receive.configurations.front()),
                                 graspOf(receiver_, receive).closed);
   const AllowedContacts both{.giver_hand = true, .receiver_hand = true};
-  GraspChecker test(checkers_, state, giver_, both, both);
+  GraspChecker test(checkers_, spare_checkers_, state, giver_, both, both);
   std::vector<int> candidates;
   for (const auto& pick : picks.kept) candidates.push_back(pick.grasp);
   const ArmVector home = giver_.armOf(start_.q[static_cast<std::size_t>(giver_.robot)]);

@@ -56,8 +56,10 @@ struct ExchangeBudget {
 /// share: the pick depends on g_g alone, the placing on g_r alone. Not thread-safe.
 class ExchangePlanner {
  public:
+  /// @param spare_world  a second world over the same scene: tests that take turns keep theirs set.
   ExchangePlanner(const HandoverProblem& problem, const Role& giver, const Role& receiver,
-                  CollisionWorld& world, const ExchangeBudget& budget, const Deadline& deadline);
+                  CollisionWorld& world, CollisionWorld& spare_world, const ExchangeBudget& budget,
+                  const Deadline& deadline);
 
   /// Alg. 1 with O at the start, by the giver ([paper] §IV-C), and at the goal, by the receiver.
   PrunedGrasps pruneGiverAtStart();
@@ -137,6 +139,7 @@ class ExchangePlanner {
   const ExchangeBudget budget_;
   const Deadline& deadline_;
   CheckerFactory checkers_;
+  CheckerFactory spare_checkers_;
   CellState start_;
   std::map<int, std::optional<PickMotion>> picks_;    ///< by giver grasp
   std::map<int, std::optional<PlaceMotion>> places_;  ///< by receiver grasp

@@ -46,7 +46,11 @@ Failed failed(FailureReason reason, std::string filter, std::string text,
 class HandoverSearch {
  public:
   HandoverSearch(const HandoverProblem& problem, StageSink& sink, const Deadline& deadline)
-      : problem_(problem), sink_(sink), deadline_(deadline), world_(problem.collision) {}
+      : problem_(problem),
+        sink_(sink),
+        deadline_(deadline),
+        world_(problem.collision),
+        spare_world_(problem.collision) {}
 
   Outcome run() {
     try {
@@ -89,7 +93,7 @@ class HandoverSearch {
   const HandoverProblem& problem_;
   StageSink& sink_;
   const Deadline& deadline_;
-  CollisionWorld world_;
+  CollisionWorld world_, spare_world_;
   std::map<std::pair<int, int>, Role> roles_;     ///< by robot and arm
   std::map<int, PrunedGrasps> given_, received_;  ///< by arm
   RejectTally handover_rejects_, motion_rejects_;
@@ -391,8 +395,9 @@ Outcome HandoverSearch::search() {
       pairing.receiver_arm = r.arm;
       pairing.giver = &roles_.at({giver, g.arm});
       pairing.receiver = &roles_.at({receiver, r.arm});
-      pairing.exchange = std::make_unique<ExchangePlanner>(
-          problem_, *pairing.giver, *pairing.receiver, world_, ExchangeBudget{}, deadline_);
+      pairing.exchange =
+          std::make_unique<ExchangePlanner>(problem_, *pairing.giver, *pairing.receiver, world_,
+                                            spare_world_, ExchangeBudget{}, deadline_);
     }
   }
   std::vector<bool> usable(pairings.size());
