@@ -225,7 +225,7 @@ namespace {
 
 /// Tests a grasp with the hand open and closed, everything else as in a state. Each of the two has
 /// a world of its own, so that the scene is set anew only when the grasp changes.
-class GraspChecker {
+class GraspChecker : public GraspTest {
  public:
   GraspChecker(const CheckerFactory& open_checkers, const CheckerFactory& closed_checkers,
                const CellState& state, const Role& role, AllowedContacts open,
@@ -235,17 +235,25 @@ class GraspChecker {
         open_(open_checkers.make(state, role, role.arm_model->dofs, open)),
         closed_(closed_checkers.make(state, role, role.arm_model->dofs, closed)) {}
 
-  std::optional<BodyContact> operator()(const Grasp& grasp, const ArmVector& q) {
-    if (&grasp != grasp_) {
-      grasp_ = &grasp;
-      open_.setPosture(role_.robot, role_.withFingers(q_, grasp.open));
-      closed_.setPosture(role_.robot, role_.withFingers(q_, grasp.closed));
-    }
+  bool free(const Grasp& grasp, const ArmVector& q) override {
+    set(grasp);
+    return open_.valid(q) && closed_.valid(q);
+  }
+
+  std::optional<BodyContact> contact(const Grasp& grasp, const ArmVector& q) override {
+    set(grasp);
     if (auto hit = open_.hit(q)) return hit;
     return closed_.hit(q);
   }
 
  private:
+  void set(const Grasp& grasp) {
+    if (&grasp == grasp_) return;
+    grasp_ = &grasp;
+    open_.setPosture(role_.robot, role_.withFingers(q_, grasp.open));
+    closed_.setPosture(role_.robot, role_.withFingers(q_, grasp.closed));
+  }
+
   const Role& role_;
   RobotVector q_;
   const Grasp* grasp_ = nullptr;
@@ -259,7 +267,7 @@ PrunedGrasps ExchangePlanner::pruneGiverAtStart() {
                     {.giver_hand = true, .start_rest = true});
   const ArmVector home = giver_.armOf(start_.q[static_cast<std::size_t>(giver_.robot)]);
   const auto cost = [&](int, const ArmVector& q) { return travelTime(giver_, home, q); };
-  return pruneGrasps(giver_, *problem_.collision, start_.X_WO, {}, cost, std::ref(test),
+  return pruneGrasps(giver_, *problem_.collision, start_.X_WO, {}, cost, test,
                      budget_.tested_configurations, deadline_);
 }
 
@@ -272,7 +280,7 @@ PrunedGrasps ExchangePlanner::pruneReceiverAtGoal() {
   const auto cost = [&](int, const ArmVector& q) {
     return -receiver_.kinematics->manipulability(q);
   };
-  return pruneGrasps(receiver_, *problem_.collision, state.X_WO, {}, cost, std::ref(test),
+  return pruneGrasps(receiver_, *problem_.collision, state.X_WO, {}, cost, test,
                      budget_.tested_configurations, deadline_);
 }
 
@@ -286,7 +294,7 @@ PrunedGrasps ExchangePlanner::pruneReceiverAt(const Pose& X_WH, const FeasibleGr
   const auto cost = [&](int, const ArmVector& q) {
     return travelTime(receiver_, home, q) + travelTime(receiver_, q, place.configurations.front());
   };
-  return pruneGrasps(receiver_, *problem_.collision, X_WH, {place.grasp}, cost, std::ref(test),
+  return pruneGrasps(receiver_, *problem_.collision, X_WH, {place.grasp}, cost, test,
                      budget_.tested_configurations, deadline_);
 }
 
@@ -306,7 +314,7 @@ PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp
     return travelTime(giver_, picks.find(grasp)->configurations.front(), q) +
            travelTime(giver_, q, home);
   };
-  return pruneGrasps(giver_, *problem_.collision, X_WH, candidates, cost, std::ref(test),
+  return pruneGrasps(giver_, *problem_.collision, X_WH, candidates, cost, test,
                      budget_.tested_configurations, deadline_);
 }
 

@@ -34,7 +34,7 @@ double travelTime(const Role& role, const ArmVector& from, const ArmVector& to) 
 
 PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Pose& X_WO,
                          const std::vector<int>& candidates, const ConfigurationCost& cost,
-                         const GraspTest& test, std::size_t most, const Deadline& deadline) {
+                         GraspTest& test, std::size_t most, const Deadline& deadline) {
   std::vector<int> all(candidates);
   if (all.empty()) {
     all.resize(role.grasps->grasps.size());
@@ -62,24 +62,22 @@ PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Po
       order.emplace_back(cost(index, solutions[i]), i);
     }
     std::sort(order.begin(), order.end());
-    std::optional<BodyContact> first_hit;
-    for (std::size_t i = 0; i < order.size() && i < most; ++i) {
-      const auto hit = test(grasp, solutions[order[i].second]);
-      if (hit) {
-        if (!first_hit) first_hit = hit;
-        continue;
+    const std::size_t tried = std::min(most, order.size());
+    std::size_t first = 0;
+    while (first < tried && !test.free(grasp, solutions[order[first].second])) ++first;
+    if (first == tried) {
+      if (const auto hit = test.contact(grasp, solutions[order[0].second])) {
+        tally(names, *hit, pruned.rejects);
       }
-      FeasibleGrasp feasible;
-      feasible.grasp = index;
-      feasible.manipulability = role.kinematics->manipulability(solutions[order[i].second]);
-      for (std::size_t j = i; j < order.size() && j < i + most; ++j) {
-        feasible.configurations.push_back(solutions[order[j].second]);
-      }
-      pruned.kept.push_back(std::move(feasible));
-      first_hit.reset();
-      break;
+      continue;
     }
-    if (first_hit) tally(names, *first_hit, pruned.rejects);
+    FeasibleGrasp feasible;
+    feasible.grasp = index;
+    feasible.manipulability = role.kinematics->manipulability(solutions[order[first].second]);
+    for (std::size_t i = first; i < order.size() && i < first + most; ++i) {
+      feasible.configurations.push_back(solutions[order[i].second]);
+    }
+    pruned.kept.push_back(std::move(feasible));
   }
   return pruned;
 }

@@ -30,8 +30,13 @@ struct PrunedGrasps {
   const FeasibleGrasp* find(int grasp) const;
 };
 
-/// Tells whether a configuration with a grasp is free; a contact tells why it is not.
-using GraspTest = std::function<std::optional<BodyContact>(const Grasp& grasp, const ArmVector& q)>;
+/// Tells whether a configuration with a grasp is free, and of one that is not what touches.
+class GraspTest {
+ public:
+  virtual ~GraspTest() = default;
+  virtual bool free(const Grasp& grasp, const ArmVector& q) = 0;
+  virtual std::optional<BodyContact> contact(const Grasp& grasp, const ArmVector& q) = 0;
+};
 
 /// Ranks the configurations of a grasp: the lowest cost is tried first.
 using ConfigurationCost = std::function<double(int grasp, const ArmVector& q)>;
@@ -43,6 +48,6 @@ double travelTime(const Role& role, const ArmVector& from, const ArmVector& to);
 /// @param most  tested configurations per grasp before it is given up.
 PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Pose& X_WO,
                          const std::vector<int>& candidates, const ConfigurationCost& cost,
-                         const GraspTest& test, std::size_t most, const Deadline& deadline);
+                         GraspTest& test, std::size_t most, const Deadline& deadline);
 
 }  // namespace handover
