@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wire/codec.hpp"
 #include "wire/entities.hpp"
+#include "wire/known_daemons.hpp"
 
 #include <handover/client/client.hpp>
 #include <handover/common/check.hpp>
@@ -21,17 +22,6 @@ using Clock = std::chrono::steady_clock;
 using Code = ClientError::Code;
 
 std::string randomClientId() { return "client-" + RequestId::random().hex().substr(0, 12); }
-
-std::string describe(const std::vector<Fault>& faults) {
-  std::string text;
-  for (const Fault& fault : faults) text += " " + fault.field + " " + fault.message + ";";
-  return text;
-}
-
-bool serves(const DaemonStatus& daemon, const std::string& cell) {
-  return std::any_of(daemon.cells.begin(), daemon.cells.end(),
-                     [&](const CellInfo& info) { return info.name == cell; });
-}
 
 }  // namespace
 
@@ -66,7 +56,7 @@ struct Client::Impl {
 
   std::mutex mutex;  // guards all below but the entities
   std::condition_variable changed;
-  std::map<DaemonId, std::pair<wire::Guid, DaemonStatus>> known_daemons;
+  wire::KnownDaemons known_daemons;
   std::map<RequestId, Pending> pending;
   std::deque<Event> events;
   OnStage on_watched;
@@ -126,26 +116,14 @@ struct Client::Impl {
 
   void onStatus(const wire::Sample<msg::DaemonStatus>& sample) {
     const std::lock_guard lock(mutex);
-    if (sample.message == nullptr) {
-      known_daemons.erase(sample.key);
-    } else {
-      const auto decoded = wire::decode(*sample.message);
-      const auto* status = std::get_if<DaemonStatus>(&decoded);
-      if (status == nullptr) return;
-      if (status->state == DaemonState::kStopping) {
-        known_daemons.erase(status->id);
-      } else {
-        known_daemons[status->id] = {sample.writer, *status};
-      }
-    }
+    known_daemons.take(sample);
     changed.notify_all();
   }
 
   void onStatusMatch(const wire::Match& match) {
     if (match.gained) return;
     const std::lock_guard lock(mutex);
-    std::erase_if(known_daemons,
-                  [&](const auto& entry) { return entry.second.first == match.peer; });
+    known_daemons.lose(match.peer);
     changed.notify_all();
   }
 
@@ -157,11 +135,6 @@ struct Client::Impl {
     const bool met = changed.wait_until(lock, until, [&] { return interrupted || condition(); });
     if (interrupted) throw ClientError(Code::kInterrupted, "interrupted");
     return met && condition();
-  }
-
-  bool anyServes(const std::string& cell) const {
-    return std::any_of(known_daemons.begin(), known_daemons.end(),
-                       [&](const auto& entry) { return serves(entry.second.second, cell); });
   }
 
   /// Matched both ways: what is written from now on arrives, and so does the answer.
@@ -272,8 +245,8 @@ struct Client::Impl {
     next = Clock::time_point::max();
     std::vector<Pending> given_up;
     for (const auto& [id, state] : pending) {
-      const bool there =
-          state->cell_was_served ? anyServes(state->request.cell) : !known_daemons.empty();
+      const bool there = state->cell_was_served ? known_daemons.anyServes(state->request.cell)
+                                                : !known_daemons.empty();
       if (there) {
         state->lost_at.reset();
         continue;
@@ -358,7 +331,7 @@ PlanHandle Client::plan(PlanRequest request, OnStage on_stage) {
     state.promise.set_value(std::get<Outcome>(stage.payload));
     return handle;
   }
-  state.cell_was_served = impl_->anyServes(state.request.cell);
+  state.cell_was_served = impl_->known_daemons.anyServes(state.request.cell);
   impl_->pending[state.request.id] = handle.state_;
   lock.unlock();
   if (impl_->requests.write(wire::encode(state.request)) != wire::WriteResult::kOk) {
@@ -389,9 +362,7 @@ void Client::cancel(const RequestId& id) {
 std::vector<DaemonStatus> Client::daemons() {
   std::unique_lock lock(impl_->mutex);
   impl_->awaitDaemon(lock);
-  std::vector<DaemonStatus> all;
-  for (const auto& [id, entry] : impl_->known_daemons) all.push_back(entry.second);
-  return all;
+  return impl_->known_daemons.all();
 }
 
 void Client::watch(OnStage on_stage) {

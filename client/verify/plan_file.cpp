@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "verify/plan_file.hpp"
 
+#include "verify/find_by_name.hpp"
 #include "verify/unreadable.hpp"
 
 #include <nlohmann/json.hpp>
@@ -359,19 +360,9 @@ Json parseJson(std::string_view text) {
 
 }  // namespace
 
-int Plan::findRobot(std::string_view name) const {
-  for (std::size_t i = 0; i < robots.size(); ++i) {
-    if (robots[i].name == name) return static_cast<int>(i);
-  }
-  return -1;
-}
+int Plan::findRobot(std::string_view name) const { return findByName(robots, name); }
 
-int Plan::findObject(std::string_view name) const {
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    if (objects[i].name == name) return static_cast<int>(i);
-  }
-  return -1;
-}
+int Plan::findObject(std::string_view name) const { return findByName(objects, name); }
 
 Plan parsePlan(std::string_view text) {
   const Json json = parseJson(text);

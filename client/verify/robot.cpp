@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "verify/robot.hpp"
 
+#include "verify/find_by_name.hpp"
 #include "verify/unreadable.hpp"
 
 #include <tinyxml2.h>
@@ -284,19 +285,9 @@ void readSrdf(const std::filesystem::path& path, Robot& robot) {
 
 }  // namespace
 
-int Robot::findLink(std::string_view link) const {
-  for (std::size_t i = 0; i < links.size(); ++i) {
-    if (links[i].name == link) return static_cast<int>(i);
-  }
-  return -1;
-}
+int Robot::findLink(std::string_view link) const { return findByName(links, link); }
 
-int Robot::findJoint(std::string_view joint) const {
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    if (joints[i].name == joint) return static_cast<int>(i);
-  }
-  return -1;
-}
+int Robot::findJoint(std::string_view joint) const { return findByName(joints, joint); }
 
 std::vector<int> Robot::rigidGroups() const {
   std::vector<int> groups(links.size());

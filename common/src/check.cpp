@@ -325,6 +325,17 @@ std::vector<Fault> check(const DaemonStatus& status) {
   return std::move(c.faults);
 }
 
+std::string describe(const std::vector<Fault>& faults) {
+  std::string text;
+  for (const Fault& fault : faults) text += " " + fault.field + " " + fault.message + ";";
+  return text;
+}
+
+bool serves(const DaemonStatus& daemon, std::string_view cell) {
+  return std::any_of(daemon.cells.begin(), daemon.cells.end(),
+                     [&](const CellInfo& info) { return info.name == cell; });
+}
+
 const char* toString(DaemonState state) {
   switch (state) {
     case DaemonState::kUnspecified:

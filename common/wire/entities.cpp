@@ -112,46 +112,48 @@ void limits(dds::ResourceLimitsQosPolicy& limits, int instances, int per_instanc
 
 bool durable(TopicId topic) { return topic != TopicId::kCancel; }
 
-dds::DataWriterQos writerQos(TopicId topic, const std::string& user_data) {
-  dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
+/// What writers and readers of a topic have in common. kStage keeps all samples of as many
+/// instances as `stage_instances`, the others the last one of each.
+template <typename Qos>
+void configureTopic(Qos& qos, TopicId topic, int stage_instances, int other_instances) {
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-  qos.reliability().max_blocking_time = {1, 0};
   qos.durability().kind =
       durable(topic) ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
   if (topic == TopicId::kStage) {
     qos.history().kind = dds::KEEP_ALL_HISTORY_QOS;
-    limits(qos.resource_limits(), kRequestsPerClient, kStagesPerRequest);
+    limits(qos.resource_limits(), stage_instances, kStagesPerRequest);
   } else {
     qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
     qos.history().depth = 1;
-    limits(qos.resource_limits(), 4096, 1);
+    limits(qos.resource_limits(), other_instances, 1);
   }
+  qos.data_sharing().off();
+  // The types' largest size is a fiction of the generator: never preallocate it.
+  qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+}
+
+/// The partition of a publisher or subscriber; its entities start when they are told to.
+template <typename Qos>
+void configureGroup(Qos& qos, const EntityOptions& options) {
+  if (!options.partition.empty()) qos.partition().push_back(options.partition.c_str());
+  qos.entity_factory().autoenable_created_entities = false;
+}
+
+dds::DataWriterQos writerQos(TopicId topic, const std::string& user_data) {
+  dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
+  configureTopic(qos, topic, kRequestsPerClient, 4096);
+  qos.reliability().max_blocking_time = {1, 0};
   qos.reliable_writer_qos().times.heartbeatPeriod = {0, 100'000'000};
   // A remote reader with a content filter crashes writers of this version on samples from 8 KB on.
   qos.writer_resource_limits().reader_filters_allocation.initial = 0;
   qos.writer_resource_limits().reader_filters_allocation.maximum = 0;
-  qos.data_sharing().off();
-  // The types' largest size is a fiction of the generator: never preallocate it.
-  qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
   qos.user_data().setValue(std::vector<rtps::octet>(user_data.begin(), user_data.end()));
   return qos;
 }
 
 dds::DataReaderQos readerQos(TopicId topic) {
   dds::DataReaderQos qos = dds::DATAREADER_QOS_DEFAULT;
-  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-  qos.durability().kind =
-      durable(topic) ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
-  if (topic == TopicId::kStage) {
-    qos.history().kind = dds::KEEP_ALL_HISTORY_QOS;
-    limits(qos.resource_limits(), kReaderInstances, kStagesPerRequest);
-  } else {
-    qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-    qos.history().depth = 1;
-    limits(qos.resource_limits(), kReaderInstances, 1);
-  }
-  qos.data_sharing().off();
-  qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  configureTopic(qos, topic, kReaderInstances, kReaderInstances);
   return qos;
 }
 
@@ -164,6 +166,16 @@ void guarded(const char* what, Call call) noexcept {
   } catch (...) {
     logger("dds")->error("{}: unknown exception", what);
   }
+}
+
+/// Tells an entity's owner of a peer that came or went.
+template <typename MatchedStatus>
+void reportMatch(const EntityOptions& options, const rtps::InstanceHandle_t& peer,
+                 const MatchedStatus& status) {
+  if (!options.on_match) return;
+  guarded("match", [&] {
+    options.on_match({toGuid(peer), status.current_count_change > 0, status.current_count});
+  });
 }
 
 void expect(ReturnCode code, const char* what) {
@@ -201,9 +213,6 @@ void routeDdsLog(bool errors_only) {
   dds::Log::SetVerbosity(errors_only ? dds::Log::Kind::Error : dds::Log::Kind::Warning);
   dds::Log::RegisterConsumer(std::make_unique<LogConsumer>());
 }
-
-// ---- participant
-// -----------------------------------------------------------------------------------
 
 struct Participant::Impl : public dds::DomainParticipantListener {
   ParticipantOptions options;
@@ -267,9 +276,6 @@ Participant::Participant(ParticipantOptions options) {
   impl_->open();
 }
 
-// ---- writer
-// ----------------------------------------------------------------------------------------
-
 struct WriterCore::Impl : public dds::DataWriterListener {
   std::shared_ptr<Participant::Impl> parent;
   EntityOptions options;
@@ -291,8 +297,7 @@ struct WriterCore::Impl : public dds::DataWriterListener {
 
   void open(TopicId topic) {
     dds::PublisherQos qos = dds::PUBLISHER_QOS_DEFAULT;
-    if (!options.partition.empty()) qos.partition().push_back(options.partition.c_str());
-    qos.entity_factory().autoenable_created_entities = false;
+    configureGroup(qos, options);
     publisher = expect(parent->participant->create_publisher(qos), "DDS publisher");
     expect(publisher->enable(), "enabling a publisher");
     writer = expect(publisher->create_datawriter(parent->topic(topic),
@@ -312,11 +317,7 @@ struct WriterCore::Impl : public dds::DataWriterListener {
   void on_publication_matched(dds::DataWriter*,
                               const dds::PublicationMatchedStatus& status) override {
     peers = status.current_count;
-    if (!options.on_match) return;
-    guarded("match", [&] {
-      options.on_match({toGuid(status.last_subscription_handle), status.current_count_change > 0,
-                        status.current_count});
-    });
+    reportMatch(options, status.last_subscription_handle, status);
   }
 };
 
@@ -352,9 +353,6 @@ bool WriterCore::waitForAcknowledgments(std::chrono::milliseconds most) {
 
 int WriterCore::matched() const { return impl_->peers; }
 
-// ---- reader
-// ----------------------------------------------------------------------------------------
-
 struct ReaderCore::Impl : public dds::DataReaderListener {
   std::shared_ptr<Participant::Impl> parent;
   EntityOptions options;
@@ -383,8 +381,7 @@ struct ReaderCore::Impl : public dds::DataReaderListener {
 
   void open(TopicId topic) {
     dds::SubscriberQos qos = dds::SUBSCRIBER_QOS_DEFAULT;
-    if (!options.partition.empty()) qos.partition().push_back(options.partition.c_str());
-    qos.entity_factory().autoenable_created_entities = false;
+    configureGroup(qos, options);
     subscriber = expect(parent->participant->create_subscriber(qos), "DDS subscriber");
     expect(subscriber->enable(), "enabling a subscriber");
     reader = expect(subscriber->create_datareader(parent->topic(topic), readerQos(topic), this),
@@ -417,11 +414,7 @@ struct ReaderCore::Impl : public dds::DataReaderListener {
   void on_subscription_matched(dds::DataReader*,
                                const dds::SubscriptionMatchedStatus& status) override {
     peers = status.current_count;
-    if (!options.on_match) return;
-    guarded("match", [&] {
-      options.on_match({toGuid(status.last_publication_handle), status.current_count_change > 0,
-                        status.current_count});
-    });
+    reportMatch(options, status.last_publication_handle, status);
   }
 };
 

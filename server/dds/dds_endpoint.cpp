@@ -4,6 +4,7 @@
 #include "dds/client_stream.hpp"
 #include "wire/codec.hpp"
 #include "wire/entities.hpp"
+#include "wire/known_daemons.hpp"
 
 #include <handover/common/log.hpp>
 
@@ -38,7 +39,7 @@ struct DdsEndpoint::Impl {
   std::map<std::string, std::unique_ptr<ClientStream>> clients;
   std::map<std::string, std::set<RequestId>> requests_of_client;
   std::map<wire::Guid, std::set<RequestId>> requests_of_writer;
-  std::map<DaemonId, std::pair<wire::Guid, DaemonStatus>> daemons;
+  wire::KnownDaemons daemons;
   DaemonId own_id{};
   bool receiving = false;
 
@@ -139,24 +140,13 @@ struct DdsEndpoint::Impl {
 
   void onStatus(const wire::Sample<msg::DaemonStatus>& sample) {
     const std::lock_guard lock(mutex);
-    if (sample.message == nullptr) {
-      daemons.erase(sample.key);
-      return;
-    }
-    const auto decoded = wire::decode(*sample.message);
-    const auto* status = std::get_if<DaemonStatus>(&decoded);
-    if (status == nullptr) return;
-    if (status->state == DaemonState::kStopping) {
-      daemons.erase(status->id);
-    } else {
-      daemons[status->id] = {sample.writer, *status};
-    }
+    daemons.take(sample);
   }
 
   void onStatusMatch(const wire::Match& match) {
     if (match.gained) return;
     const std::lock_guard lock(mutex);
-    std::erase_if(daemons, [&](const auto& entry) { return entry.second.first == match.peer; });
+    daemons.lose(match.peer);
   }
 
   /// Forgets a request whose outcome is on its way, and clients that are idle. With `mutex` held.
@@ -263,10 +253,8 @@ void DdsEndpoint::publishStatus(const DaemonStatus& status) {
 
 std::vector<DaemonStatus> DdsEndpoint::others() const {
   const std::lock_guard lock(impl_->mutex);
-  std::vector<DaemonStatus> others;
-  for (const auto& [id, entry] : impl_->daemons) {
-    if (id != impl_->own_id) others.push_back(entry.second);
-  }
+  std::vector<DaemonStatus> others = impl_->daemons.all();
+  std::erase_if(others, [&](const DaemonStatus& daemon) { return daemon.id == impl_->own_id; });
   return others;
 }
 

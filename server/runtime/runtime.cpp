@@ -33,17 +33,6 @@ std::string describe(const Outcome& outcome) {
   return "cancelled";
 }
 
-std::string describe(const std::vector<Fault>& faults) {
-  std::string text;
-  for (const auto& fault : faults) text += " " + fault.field + " " + fault.message + ";";
-  return text;
-}
-
-bool serves(const DaemonStatus& daemon, const std::string& cell) {
-  return std::any_of(daemon.cells.begin(), daemon.cells.end(),
-                     [&](const CellInfo& info) { return info.name == cell; });
-}
-
 }  // namespace
 
 /// The answer to one request. Used by one thread at a time: who took it from the queue owns it.
@@ -116,8 +105,7 @@ void Runtime::stop() {
   endpoint_.flush(2s);
 }
 
-// ---- requests, on the endpoint's threads
-// -----------------------------------------------------------
+// Requests, on the endpoint's threads.
 
 Runtime::CellRoute Runtime::route(const std::string& cell, std::uint64_t& revision) const {
   for (const CellInfo& info : service_.cells()) {
@@ -206,8 +194,7 @@ void Runtime::reject(const StreamPtr& stream, const std::string& reason,
   finish(stream, Rejected{reason, std::move(faults)});
 }
 
-// ---- answers
-// -----------------------------------------------------------------------------------------
+// Answers.
 
 void Runtime::finish(const StreamPtr& stream, Outcome outcome) {
   const std::string text = describe(outcome);
@@ -300,8 +287,7 @@ void Runtime::publishStatus() {
   endpoint_.publishStatus(status);
 }
 
-// ---- threads
-// -----------------------------------------------------------------------------------------
+// Threads.
 
 void Runtime::prepareLoop() noexcept {
   nameThread("prepare");

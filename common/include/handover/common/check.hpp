@@ -6,6 +6,7 @@
 #include <handover/common/status.hpp>
 
 #include <cstddef>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -37,5 +38,8 @@ bool validClientId(std::string_view text);
 std::vector<Fault> check(const PlanRequest& request);
 std::vector<Fault> check(const PlanStage& stage);
 std::vector<Fault> check(const DaemonStatus& status);
+
+/// Faults in one line, each as " field message;".
+std::string describe(const std::vector<Fault>& faults);
 
 }  // namespace handover

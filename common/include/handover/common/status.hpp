@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace handover {
@@ -46,5 +47,8 @@ struct DaemonStatus {
   OutcomeCounters counters;
   bool operator==(const DaemonStatus&) const = default;
 };
+
+/// True when the cell is among the daemon's.
+bool serves(const DaemonStatus& daemon, std::string_view cell);
 
 }  // namespace handover
