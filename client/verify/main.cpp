@@ -23,7 +23,7 @@ fs::path defaultRoot() {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   if (error) return {};
-  const fs::path share = program.parent_path().parent_path() / "share" / "handover";
+  fs::path share = program.parent_path().parent_path() / "share" / "handover";
   if (fs::is_directory(share / "robots", error)) return share;
   for (fs::path folder = program.parent_path(); folder != folder.root_path();
        folder = folder.parent_path()) {

@@ -23,7 +23,7 @@ constexpr std::pair<msg::RejectReason, const char*> kRejections[] = {
     {msg::REJECT_BUSY, "busy"},
     {msg::REJECT_SCENE_CHANGED, "scene_changed"}};
 
-// ---- small parts --------------------------------------------------------------------------------
+// Small parts.
 
 template <typename Out, typename In, typename Convert>
 std::vector<Out> mapAll(const std::vector<In>& in, Convert convert) {
@@ -102,7 +102,7 @@ std::vector<Value> allFromWire(const std::vector<Wire>& messages) {
   return mapAll<Value>(messages, [](const Wire& message) { return fromWire(message); });
 }
 
-// ---- geometry and scene -------------------------------------------------------------------------
+// Geometry and scene.
 
 void primitiveToWire(const Geometry& geometry, msg::GeometryPart& out) {
   if (const auto* box = std::get_if<BoxGeometry>(&geometry)) {
@@ -252,7 +252,7 @@ ObjectSnapshot objectFromWire(const msg::ObjectState& object, Faults& faults) {
   return out;
 }
 
-// ---- payloads -----------------------------------------------------------------------------------
+// Payloads.
 
 void put(msg::StagePayload& out, const Accepted& accepted) {
   msg::Accepted value;

@@ -76,9 +76,6 @@ struct EntityOptions {
 
 enum class WriteResult { kOk, kTimeout, kError };
 
-// ---- topics
-// --------------------------------------------------------------------------------------
-
 enum class TopicId { kRequest, kCancel, kStage, kStatus };
 
 inline constexpr const char* kRequestTopic = "handover/v1/request";
@@ -105,9 +102,6 @@ template <>
 struct TopicOf<msg::DaemonStatus> {
   static constexpr TopicId kId = TopicId::kStatus;
 };
-
-// ---- writers
-// -------------------------------------------------------------------------------------
 
 /// What Writer<T> is made of; use that.
 class WriterCore {
@@ -155,9 +149,6 @@ class Writer {
  private:
   WriterCore core_;
 };
-
-// ---- readers
-// -------------------------------------------------------------------------------------
 
 /// What a reader got: a message, or word that the key's instance is gone.
 template <typename Message>

@@ -65,8 +65,7 @@ void ClientStream::flush(Clock::time_point until) {
   changed_.wait_until(lock, until, [this] { return !flush_wanted_ || dropped_ || stopping_; });
 }
 
-// ---- the stream's thread
-// -----------------------------------------------------------------------------
+// The stream's thread.
 
 void ClientStream::loop() noexcept {
   nameThread("to " + client_id_);

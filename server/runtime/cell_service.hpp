@@ -59,8 +59,10 @@ class CellService : public PlanService {
  private:
   struct Loaded {
     Cell cell;
-    Cell::Instance instance;  ///< without overrides
-    std::map<std::string, std::shared_ptr<const CollisionScene>> collision;  ///< by task object
+    /// Without overrides.
+    Cell::Instance instance;
+    /// By task object.
+    std::map<std::string, std::shared_ptr<const CollisionScene>> collision;
     std::uint64_t revision = 1;
   };
 

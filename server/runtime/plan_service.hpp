@@ -20,13 +20,13 @@ class PlanService {
   /// Cells served, in a fixed order; available before prepare() has ended.
   virtual std::vector<CellInfo> cells() const = 0;
 
-  /// Builds what is missing (maps, grasp sets). Called once, before the first plan(); stops early when
-  /// the deadline is cancelled. @throws std::exception with the reason when it cannot.
+  /// Builds what is missing (maps, grasp sets). Called once, before the first plan(); stops early
+  /// when the deadline is cancelled. @throws std::exception with the reason when it cannot.
   virtual void prepare(const Deadline& deadline) = 0;
 
-  /// Answers a request whose fields were validated and whose cell is one of cells(): checks names, task,
-  /// overrides and the expected revision (Rejected with every fault), plans, emits stages to the sink
-  /// and returns the outcome without emitting it.
+  /// Answers a request whose fields were validated and whose cell is one of cells(): checks names,
+  /// task, overrides and the expected revision (Rejected with every fault), plans, emits stages to
+  /// the sink and returns the outcome without emitting it.
   virtual Outcome plan(const PlanRequest& request, StageSink& sink, const Deadline& deadline) = 0;
 };
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * A client of the daemon on another vendor's DDS, from the same IDL: the oracle of our wire.
  * usage: cyclone_client DOMAIN CELL TASK [cancel|dispose]
- * Waits for a daemon, sends a request, prints a line per stage, ends at the outcome. At the second stage it
- * cancels or disposes its request, if asked. */
+ * Waits for a daemon, sends a request, prints a line per stage, ends at the outcome. At the second
+ * stage it cancels or disposes its request, if asked. */
 #include "dds/dds.h"
 #include "handover.h"
 
@@ -50,8 +50,9 @@ static int take(dds_entity_t reader, void* sample) {
 
 /* Matched first: a cancel is not kept for those who come later. */
 static void sendCancel(dds_entity_t participant, const uint8_t* id) {
-  dds_entity_t topic = must(
-      dds_create_topic(participant, &handover_msg_HandoverCancel_desc, "handover/v1/cancel", NULL, NULL), "topic");
+  dds_entity_t topic = must(dds_create_topic(participant, &handover_msg_HandoverCancel_desc,
+                                             "handover/v1/cancel", NULL, NULL),
+                            "topic");
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
   dds_entity_t writer = must(dds_create_writer(participant, topic, qos, NULL), "cancel writer");
@@ -69,21 +70,27 @@ int main(int argc, char** argv) {
   if (argc < 4) return 2;
   dds_entity_t participant =
       must(dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL), "participant");
-  dds_entity_t status_topic = must(
-      dds_create_topic(participant, &handover_msg_DaemonStatus_desc, "handover/v1/status", NULL, NULL), "topic");
+  dds_entity_t status_topic = must(dds_create_topic(participant, &handover_msg_DaemonStatus_desc,
+                                                    "handover/v1/status", NULL, NULL),
+                                   "topic");
   dds_entity_t stage_topic = must(
-      dds_create_topic(participant, &handover_msg_PlanStage_desc, "handover/v1/stage", NULL, NULL), "topic");
-  dds_entity_t request_topic = must(
-      dds_create_topic(participant, &handover_msg_HandoverRequest_desc, "handover/v1/request", NULL, NULL), "topic");
+      dds_create_topic(participant, &handover_msg_PlanStage_desc, "handover/v1/stage", NULL, NULL),
+      "topic");
+  dds_entity_t request_topic =
+      must(dds_create_topic(participant, &handover_msg_HandoverRequest_desc, "handover/v1/request",
+                            NULL, NULL),
+           "topic");
 
   dds_qos_t* last = reliable(0);
   dds_qos_t* all = reliable(1);
   const char* partition = "cyclone";
   dds_qset_partition(all, 1, &partition);
   dds_entity_t subscriber = must(dds_create_subscriber(participant, all, NULL), "subscriber");
-  dds_entity_t statuses = must(dds_create_reader(participant, status_topic, last, NULL), "status reader");
+  dds_entity_t statuses =
+      must(dds_create_reader(participant, status_topic, last, NULL), "status reader");
   dds_entity_t stages = must(dds_create_reader(subscriber, stage_topic, all, NULL), "stage reader");
-  dds_entity_t requests = must(dds_create_writer(participant, request_topic, last, NULL), "request writer");
+  dds_entity_t requests =
+      must(dds_create_writer(participant, request_topic, last, NULL), "request writer");
 
   static handover_msg_DaemonStatus status;
   if (!take(statuses, &status)) return 13;
@@ -92,12 +99,14 @@ int main(int argc, char** argv) {
 
   static handover_msg_HandoverRequest request;
   request.version = handover_msg_WIRE_VERSION;
-  for (int i = 0; i < 16; ++i) request.request_id[i] = (uint8_t)(i + 1 + (argc > 4 ? argv[4][0] : 0));
+  for (int i = 0; i < 16; ++i)
+    request.request_id[i] = (uint8_t)(i + 1 + (argc > 4 ? argv[4][0] : 0));
   char empty[] = "";
   request.client_id = "cyclone";
   request.cell = argv[2];
   request.task = argv[3];
-  request.object_name = request.giver = request.receiver = request.giver_arm = request.receiver_arm = empty;
+  request.object_name = request.giver = request.receiver = request.giver_arm =
+      request.receiver_arm = empty;
   request.X_WO_goal.orientation.w = 1;
   request.seed = 1;
   request.speed_scale = 1;
@@ -115,7 +124,8 @@ int main(int argc, char** argv) {
     }
     if (stage.payload._d == handover_msg_PAYLOAD_TRAJECTORY) {
       const handover_msg_Trajectory* trajectory = &stage.payload._u.trajectory_value;
-      printf(" q %.17g of %u", trajectory->q._buffer[trajectory->q._length - 1], trajectory->q._length);
+      printf(" q %.17g of %u", trajectory->q._buffer[trajectory->q._length - 1],
+             trajectory->q._length);
     }
     if (stage.payload._d == handover_msg_PAYLOAD_OUTCOME) {
       printf(" outcome %d\n", (int)stage.payload._u.outcome_value.kind);

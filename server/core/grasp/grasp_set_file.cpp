@@ -23,9 +23,6 @@ constexpr std::uint64_t kGeneratorVersion = 1;
 constexpr std::size_t kMaxGrasps = 100000;
 constexpr std::size_t kMaxPerGrasp = 256;  // joints, contacts
 
-// ---- hash
-// ------------------------------------------------------------------------------------------
-
 /// Feeds values into a 64-bit xxhash, each with its size, so that no two inputs look alike.
 class Hasher {
  public:
@@ -145,9 +142,6 @@ void addHand(Hasher& hash, const RobotModel& model, const Arm& arm) {
   hash.add(hand.closed);
 }
 
-// ---- writing
-// ---------------------------------------------------------------------------------------
-
 template <typename Vector>
 json numbers(const Vector& vector) {
   json list = json::array();
@@ -173,9 +167,6 @@ std::string hex(std::uint64_t value) {
   std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
   return text;
 }
-
-// ---- reading
-// ---------------------------------------------------------------------------------------
 
 /// What is wrong, with the field's path; turned into an Error where the file's name is known.
 class Malformed : public std::runtime_error {

@@ -18,6 +18,7 @@ class Deadline {
 
   /// Never passes until cancelled.
   Deadline() : cancelled_(std::make_shared<std::atomic<bool>>(false)) {}
+
   explicit Deadline(Clock::time_point at) : Deadline() { at_ = at; }
 
   void cancel() const { cancelled_->store(true, std::memory_order_relaxed); }
@@ -27,6 +28,7 @@ class Deadline {
     if (at_ && Clock::now() >= *at_) return State::kPassed;
     return State::kOpen;
   }
+
   /// True when work should stop.
   bool over() const { return state() != State::kOpen; }
 

@@ -3,7 +3,8 @@
 //
 // X_AB is the pose of frame B seen from frame A; p_AB a point; R_AB a rotation. The letters:
 //   W world · B a robot's root link · A an arm's base link (parent of its first joint) · L a link
-//   T a tool link (Tg giver's, Tr receiver's) · O the object · H the object at the handover · S a shape
+//   T a tool link (Tg giver's, Tr receiver's) · O the object · H the object at the handover
+//   S a shape
 #pragma once
 
 #include <Eigen/Geometry>
@@ -22,8 +23,8 @@ struct PoseValue {
   bool operator==(const PoseValue&) const = default;
 };
 
-/// Plain numbers of a rigid pose. The quaternion is normalised, its first non-zero component positive;
-/// no component is -0.0, so equal poses print alike.
+/// Plain numbers of a rigid pose. The quaternion is normalised, its first non-zero component
+/// positive; no component is -0.0, so equal poses print alike.
 PoseValue toValue(const Pose& X);
 
 /// The rigid pose of plain numbers; the quaternion is normalised first.

@@ -14,6 +14,7 @@ namespace handover {
 struct RequestId {
   std::array<std::uint8_t, 16> bytes{};
 
+  // NOLINTNEXTLINE(modernize-use-nullptr): version 14 sees a null pointer in every defaulted <=>
   auto operator<=>(const RequestId&) const = default;
 
   /// A fresh random id (UUID version 4), from the operating system's entropy.
