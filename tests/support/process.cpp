@@ -147,14 +147,6 @@ std::string textOf(const std::filesystem::path& file) {
   return text.str();
 }
 
-Folder::Folder() {
-  std::string name = (std::filesystem::temp_directory_path() / "handover-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-  path = name;
-}
-
-Folder::~Folder() { std::filesystem::remove_all(path); }
-
 int freeDomain() {
   static int next = static_cast<int>(getpid()) % 89;
   for (int tries = 0; tries < 89; ++tries) {

@@ -58,17 +58,6 @@ std::vector<std::string> words(const std::string& text);
 /// A file's content; empty when it cannot be read.
 std::string textOf(const std::filesystem::path& file);
 
-/// A fresh temporary folder, removed with all that is in it.
-class Folder {
- public:
-  Folder();
-  ~Folder();
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
-  std::filesystem::path path;
-};
-
 /// A DDS domain that nobody on this machine uses now, a different one at each call.
 int freeDomain();
 

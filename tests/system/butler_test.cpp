@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The butler over the wire, by the real programs: planned, verified, the same every time.
 #include "process.hpp"
+#include "temporary_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -31,7 +32,7 @@ class Butler : public testing::Test {
     return words(kBin + "handoverctl " + arguments + " --domain " + std::to_string(domain_));
   }
 
-  std::string file(const std::string& name) const { return (folder_.path / name).string(); }
+  std::string file(const std::string& name) const { return (folder_ / name).string(); }
 
   Finished plan(const std::string& output, const std::string& more = "") const {
     return run(ctl("plan --cell butler --output " + file(output) + " " + more), {}, 240s);
@@ -50,7 +51,7 @@ class Butler : public testing::Test {
   }
 
   const int domain_ = freeDomain();
-  Folder folder_;
+  TemporaryFolder folder_;
   std::unique_ptr<Process> daemon_;
 };
 

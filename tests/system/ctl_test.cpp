@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // handoverctl and handoverd as people run them: exit codes, output, signals.
 #include "process.hpp"
+#include "temporary_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -137,10 +138,10 @@ TEST_F(ScriptedCtl, StatusAndCells) {
 }
 
 TEST_F(ScriptedCtl, PlanWritesTheSamePlanTwice) {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::vector<std::string> plans;
   for (const char* name : {"a.json", "b.json"}) {
-    const fs::path file = folder.path / name;
+    const fs::path file = folder / name;
     const auto result = ctl("plan --cell script --task answer --output " + file.string());
     ASSERT_EQ(result.status, 0) << result.err;
     EXPECT_THAT(result.out, HasSubstr("receiver_retreat"));
@@ -151,7 +152,7 @@ TEST_F(ScriptedCtl, PlanWritesTheSamePlanTwice) {
     plans.push_back(text.substr(0, text.find("\"complete\"")));
   }
   EXPECT_EQ(plans[0], plans[1]);
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path), {}), 2);  // nothing half-written
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 2);  // nothing half-written
 }
 
 TEST_F(ScriptedCtl, JsonIsAllThatStandardOutputHolds) {
@@ -166,8 +167,8 @@ TEST_F(ScriptedCtl, JsonIsAllThatStandardOutputHolds) {
 }
 
 TEST_F(ScriptedCtl, OutcomesHaveTheirExitCodes) {
-  const Folder folder;
-  const std::string output = " --output " + (folder.path / "plan.json").string();
+  const TemporaryFolder folder;
+  const std::string output = " --output " + (folder / "plan.json").string();
   const auto failed = ctl("plan --cell script --task fail" + output);
   EXPECT_EQ(failed.status, 10);
   EXPECT_THAT(failed.out, HasSubstr("no_grasp_at_goal"));
@@ -177,7 +178,7 @@ TEST_F(ScriptedCtl, OutcomesHaveTheirExitCodes) {
   const auto unknown = ctl("plan --cell nowhere" + output);
   EXPECT_EQ(unknown.status, 12);
   EXPECT_THAT(unknown.out, HasSubstr("unknown_cell"));
-  EXPECT_TRUE(fs::is_empty(folder.path));
+  EXPECT_TRUE(fs::is_empty(folder.path()));
   EXPECT_EQ(ctl("plan --cell script --task answer").status, 0);  // and it lives
 }
 

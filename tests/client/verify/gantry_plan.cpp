@@ -10,7 +10,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <map>
 #include <stdexcept>
 
@@ -267,21 +266,12 @@ Json& named(Json& entries, const std::string& key, const std::string& name) {
 }  // namespace
 
 GantryCell::GantryCell() {
-  std::string folder = (std::filesystem::temp_directory_path() / "handover-verify-XXXXXX").string();
-  if (!mkdtemp(folder.data())) throw std::runtime_error("no temporary folder");
-  root_ = folder;
-  std::filesystem::create_directories(root_ / "robots" / "gantry");
   write("robots/gantry/gantry.urdf", kUrdf);
   write("robots/gantry/gantry.srdf", kSrdf);
 }
 
-GantryCell::~GantryCell() {
-  std::error_code error;
-  std::filesystem::remove_all(root_, error);
-}
-
 void GantryCell::write(const std::string& file, const std::string& text) const {
-  std::ofstream(root_ / file, std::ios::binary) << text;
+  root_.write(file, text);
 }
 
 Json GantryCell::plan() const { return PlanMaker(sha256(kUrdf)).make(); }

@@ -3,6 +3,8 @@
 // gantries with wrists and two-finger grippers hand a box over. Tests spoil it in one place each.
 #pragma once
 
+#include "support/temporary_folder.hpp"
+
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
@@ -17,10 +19,8 @@ using Json = nlohmann::json;
 class GantryCell {
  public:
   GantryCell();
-  ~GantryCell();
-  GantryCell(const GantryCell&) = delete;
 
-  const std::filesystem::path& root() const { return root_; }
+  const std::filesystem::path& root() const { return root_.path(); }
 
   void write(const std::string& file, const std::string& text) const;
 
@@ -28,7 +28,7 @@ class GantryCell {
   Json plan() const;
 
  private:
-  std::filesystem::path root_;
+  handover::test::TemporaryFolder root_;
 };
 
 /// The stage of that kind in the plan file.

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "verify/mesh.hpp"
 
+#include "support/temporary_folder.hpp"
 #include "verify/unreadable.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 namespace handover::verify {
@@ -17,16 +16,8 @@ namespace fs = std::filesystem;
 
 class MeshFileTest : public testing::Test {
  protected:
-  MeshFileTest() {
-    std::string name = (fs::temp_directory_path() / "handover-mesh-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-
-  ~MeshFileTest() override { fs::remove_all(folder_); }
-
   fs::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-    return folder_ / name;
+    return folder_.write(name, text);
   }
 
   /// All parts of the file in one.
@@ -42,7 +33,7 @@ class MeshFileTest : public testing::Test {
     return box;
   }
 
-  fs::path folder_;
+  handover::test::TemporaryFolder folder_;
 };
 
 constexpr const char* kTetrahedron =

@@ -1,38 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "verify/robot.hpp"
 
+#include "support/temporary_folder.hpp"
 #include "verify/kinematics.hpp"
 #include "verify/unreadable.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <clocale>
-#include <filesystem>
-#include <fstream>
 #include <string>
 
 namespace handover::verify {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
 class RobotFile : public testing::Test {
  protected:
-  RobotFile() {
-    std::string name = (fs::temp_directory_path() / "handover-robot-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-
-  ~RobotFile() override { fs::remove_all(folder_); }
-
   Robot read(const std::string& urdf, const std::string& srdf = "<robot name='r'/>") const {
-    std::ofstream(folder_ / "r.urdf") << urdf;
-    std::ofstream(folder_ / "r.srdf") << srdf;
-    return readRobot(folder_ / "r.urdf", folder_ / "r.srdf");
+    return readRobot(folder_.write("r.urdf", urdf), folder_.write("r.srdf", srdf));
   }
 
   std::string fault(const std::string& urdf, const std::string& srdf = "<robot name='r'/>") const {
@@ -44,7 +32,7 @@ class RobotFile : public testing::Test {
     return "";
   }
 
-  fs::path folder_;
+  handover::test::TemporaryFolder folder_;
 };
 
 std::string joint(const std::string& name, const std::string& type, const std::string& parent,

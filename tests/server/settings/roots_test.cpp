@@ -2,7 +2,7 @@
 #include "settings/roots.hpp"
 
 #include "core/model/robot_loader.hpp"
-#include "server/core/model/temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ class Roots : public ::testing::Test {
 
   ~Roots() override { ::unsetenv("HANDOVER_ROOT"); }
 
-  handover::testing::TemporaryFolder folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(Roots, TheOptionComesBeforeTheEnvironment) {

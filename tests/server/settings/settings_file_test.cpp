@@ -2,7 +2,7 @@
 #include "settings/settings_file.hpp"
 
 #include "core/model/robot_loader.hpp"
-#include "server/core/model/temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
 
@@ -12,7 +12,7 @@ namespace {
 using ::testing::ElementsAre;
 
 DaemonSettings read(const std::string& text) {
-  const handover::testing::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   return readDaemonSettings(folder.write("handoverd.yaml", text));
 }
 

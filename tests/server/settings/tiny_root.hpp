@@ -2,8 +2,8 @@
 // A root folder with one small robot and a cell that is right; tests change one thing at a time.
 #pragma once
 
-#include "server/core/model/temporary_folder.hpp"
 #include "settings/cell_file.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <string>
 
@@ -121,7 +121,7 @@ class TinyRoot {
   }
 
  private:
-  TemporaryFolder folder_;
+  test::TemporaryFolder folder_;
 };
 
 /// The text with the first `from` replaced; throws when there is none.

@@ -3,7 +3,7 @@
 
 #include "core/model/geometry_shapes.hpp"
 #include "core/model/robot_loader.hpp"
-#include "temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
 
@@ -133,7 +133,7 @@ class ReadConvexMesh : public ::testing::Test {
     return "read";
   }
 
-  handover::testing::TemporaryFolder folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(ReadConvexMesh, KeepsObjObjectsApart) {

@@ -2,7 +2,7 @@
 // A small robot through the whole loader, and what is refused in SRDF and settings.
 #include "core/model/robot_loader.hpp"
 
-#include "temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
 
@@ -95,7 +95,7 @@ class LoadRobot : public ::testing::Test {
     text.replace(at, from.size(), to);
   }
 
-  handover::testing::TemporaryFolder folder_;
+  test::TemporaryFolder folder_;
   RobotSettings settings_;
   std::string urdf_ = kUrdf, srdf_ = kSrdf;
 };

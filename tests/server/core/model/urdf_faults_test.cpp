@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // One bad URDF per rule: the fault and its line.
 #include "core/model/urdf_reader.hpp"
-#include "temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
 
@@ -17,7 +17,7 @@ struct BadUrdf {
 std::ostream& operator<<(std::ostream& out, const BadUrdf& bad) { return out << bad.name; }
 
 std::vector<std::string> faultsOf(const std::string& text) {
-  const handover::testing::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   std::vector<FileFault> faults;
   readUrdf(folder.write("r.urdf", text), "r.urdf", faults);
   std::vector<std::string> shown;

@@ -2,7 +2,7 @@
 // What is written into a URDF is what comes out.
 #include "core/model/urdf_reader.hpp"
 
-#include "temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -85,7 +85,7 @@ void expectSame(const UrdfModel& model, const Joint& joint, const Written& writt
 }
 
 TEST(UrdfReader, ReadsWhatIsWritten) {
-  const handover::testing::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     const std::vector<Written> joints = randomTree(seed);
     std::vector<FileFault> faults;
