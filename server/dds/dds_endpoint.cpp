@@ -187,7 +187,7 @@ DdsEndpoint::DdsEndpoint(const DdsEndpointSettings& settings)
 }
 
 DdsEndpoint::~DdsEndpoint() {
-  stopReceiving();
+  DdsEndpoint::stopReceiving();
   impl_->status_reader.reset();
   // Streams are joined without the lock: their threads may be in a callback that takes it.
   std::map<std::string, std::unique_ptr<ClientStream>> clients;

@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-Failed failed(FailureReason reason, std::string filter, std::string text) {
+Failed failed(FailureReason reason, std::string filter, const std::string& text) {
   Failed outcome;
   outcome.reason = reason;
   outcome.explanation.filter = std::move(filter);

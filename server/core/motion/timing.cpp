@@ -108,8 +108,7 @@ Grid makeGrid(const std::vector<VectorXd>& points, double blend, int refine) {
     if (corners[i].half < 0.25 * kMinSegment) corners[i].half = 0;
   }
 
-  const std::size_t guess =
-      static_cast<std::size_t>(refine) * (kCellsPerPath + 4) + segments * (8 * refine);
+  const std::size_t guess = static_cast<std::size_t>(refine) * (kCellsPerPath + 4 + 8 * segments);
   grid.ds.reserve(guess);
   grid.straight.reserve(guess);
   grid.stop.reserve(guess);

@@ -105,7 +105,8 @@ class Gatherer {
 
  private:
   std::size_t cellAlong(double x) const {
-    return static_cast<std::size_t>(static_cast<int>(std::floor(x / voxel_)) + half_);
+    const int cell = static_cast<int>(std::floor(x / voxel_)) + half_;
+    return static_cast<std::size_t>(cell);
   }
 
   template <typename Visit>
