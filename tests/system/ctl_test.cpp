@@ -119,9 +119,12 @@ TEST_F(Ctl, AnInterruptEndsTheWait) {
 }
 
 TEST_F(Ctl, ChecksTheOutputBeforeAsking) {
-  const auto result = ctl("plan --cell c --wait 60 --output /nonexistent/plan.json");
+  const TemporaryFolder folder;
+  // Below a plain file: not even root can write there.
+  const std::string output = folder.write("file", "").string() + "/plan.json";
+  const auto result = ctl("plan --cell c --wait 60 --output " + output);
   EXPECT_EQ(result.status, 3);
-  EXPECT_THAT(result.err, HasSubstr("/nonexistent/plan.json"));
+  EXPECT_THAT(result.err, HasSubstr(output));
 }
 
 // ---- with a daemon ----
