@@ -66,6 +66,9 @@ Setup setUp(const Options& options) {
   if (!options.cells.empty()) setup.settings.cells = options.cells;
   if (options.threads) setup.settings.threads = *options.threads;
   if (!options.domain.empty()) setup.settings.domain = *parseDomain(options.domain);
+  if (setup.settings.cells.empty()) {
+    throw std::runtime_error("no cell: name one with --cell or in the settings file");
+  }
   setLogLevel(spdlog::level::from_str(setup.settings.log_level));
   return setup;
 }
@@ -131,6 +134,7 @@ int run(int argc, char** argv) {
   CLI::App app{"Answers handover requests over DDS.", "handoverd"};
   app.set_version_flag("--version", std::string("handoverd ") + HANDOVER_VERSION);
   app.require_subcommand(1);
+  app.fallthrough();  // --version after a command
   Options options;
   const auto shared = [&options](CLI::App& command) {
     command.add_option("--cell", options.cells, "Cell of config/cells, or file; may repeat")

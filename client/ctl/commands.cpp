@@ -148,10 +148,21 @@ class WatchedOutcome {
     return changed_.wait_for(lock, most, [this] { return seen_ || stopped_; });
   }
 
-  /// The outcome; nullopt after stop().
-  std::optional<Outcome> wait() {
+  /// The outcome; nullopt after stop(). @throws ClientError (kDaemonLost) when all daemons went
+  /// away and none came back within `patience`.
+  std::optional<Outcome> wait(const Client& client, std::chrono::milliseconds patience) {
+    using Clock = std::chrono::steady_clock;
+    auto last_seen = Clock::now();
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return outcome_ || stopped_; });
+    while (!changed_.wait_for(lock, std::chrono::milliseconds(100),
+                              [this] { return outcome_ || stopped_; })) {
+      if (client.daemonThere()) {
+        last_seen = Clock::now();
+      } else if (Clock::now() - last_seen > patience) {
+        throw ClientError(ClientError::Code::kDaemonLost,
+                          "the daemon went away and did not come back");
+      }
+    }
     return outcome_;
   }
 
@@ -260,10 +271,9 @@ int runPlan(const CommonOptions& common, const PlanOptions& options) {
   });
 }
 
-int runWatch(const CommonOptions& common, const RequestId& id) {
+int runWatch(const CommonOptions& common, const std::optional<RequestId>& id) {
   return withClient(common, [&](Client& client) -> int {
     const auto watched = std::make_shared<WatchedOutcome>();
-    const bool all = id == RequestId{};
     const SignalWatch signals(
         [&client, watched] {
           client.interrupt();
@@ -271,10 +281,10 @@ int runWatch(const CommonOptions& common, const RequestId& id) {
         },
         kExitCancelled);
     std::map<RequestId, Report> reports;
-    client.watch([&common, watched, all, id, reports](const PlanStage& stage) mutable {
-      if (!all && stage.request_id != id) return;
+    client.watch([&common, watched, id, reports](const PlanStage& stage) mutable {
+      if (id && stage.request_id != *id) return;
       watched->touch();
-      if (all && stage.sequence == 0) {
+      if (!id && stage.sequence == 0) {
         people(common) << "request " << stage.request_id.hex() << "\n";
       }
       reports.try_emplace(stage.request_id, people(common)).first->second.add(stage);
@@ -282,12 +292,12 @@ int runWatch(const CommonOptions& common, const RequestId& id) {
       const auto* outcome = std::get_if<Outcome>(&stage.payload);
       if (outcome == nullptr) return;
       reports.erase(stage.request_id);
-      if (!all) watched->set(*outcome);
+      if (id) watched->set(*outcome);
     });
-    if (!all && !watched->waitForFirst(common.wait)) {
-      return fail(common, kExitRejected, "no daemon knows the request " + id.hex());
+    if (id && !watched->waitForFirst(common.wait)) {
+      return fail(common, kExitRejected, "no daemon knows the request " + id->hex());
     }
-    const auto outcome = watched->wait();
+    const auto outcome = watched->wait(client, common.wait);
     if (!outcome) return kExitDone;  // stopped by a signal, as one stops watching
     return exitCodeOf(*outcome);
   });
@@ -314,7 +324,7 @@ int runCancel(const CommonOptions& common, const RequestId& id) {
     if (!watched->waitForFirst(common.wait)) {
       return fail(common, kExitRejected, "no daemon knows the request " + id.hex());
     }
-    const auto outcome = watched->wait();
+    const auto outcome = watched->wait(client, common.wait);
     if (!outcome) return kExitCancelled;
     const bool cancelled = std::holds_alternative<Cancelled>(*outcome);
     people(common) << (cancelled ? "cancelled " : "had already ended: ") << id.hex() << std::endl;

@@ -5,6 +5,7 @@
 #include <handover/common/plan.hpp>
 
 #include <chrono>
+#include <optional>
 #include <string>
 
 namespace handover::ctl {
@@ -36,8 +37,8 @@ struct PlanOptions {
 int runStatus(const CommonOptions& common);
 int runCells(const CommonOptions& common);
 int runPlan(const CommonOptions& common, const PlanOptions& options);
-/// Watches one request until its outcome, or all (an id of zeros) until a signal.
-int runWatch(const CommonOptions& common, const RequestId& id);
+/// Watches one request until its outcome, or all until a signal.
+int runWatch(const CommonOptions& common, const std::optional<RequestId>& id);
 int runCancel(const CommonOptions& common, const RequestId& id);
 
 int exitCodeOf(const Outcome& outcome);

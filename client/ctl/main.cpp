@@ -8,6 +8,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <charconv>
 #include <cmath>
 #include <iostream>
 
@@ -29,11 +30,15 @@ CLI::Validator numberWhere(std::function<bool(double)> condition, const std::str
       "");
 }
 
-/// CLI11 would take -1 for the largest number.
+/// CLI11 would take -1, and what is beyond the largest number, for the largest number.
 std::string checkSeed(const std::string& text) {
-  const bool digits = text.find_first_not_of("0123456789") == std::string::npos;
-  return digits && !text.empty() ? "" : "must be a number from 0 to 18446744073709551615";
+  std::uint64_t value = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool whole = code == std::errc() && end == text.data() + text.size();
+  return whole ? "" : "must be a number from 0 to 18446744073709551615";
 }
+
+std::string checkNotEmpty(const std::string& text) { return text.empty() ? "is empty" : ""; }
 
 std::string checkId(const std::string& text) {
   return RequestId::fromHex(text) ? "" : "must be 32 hex digits";
@@ -80,7 +85,8 @@ void addPlan(CLI::App& app, PlanFlags& flags) {
   app.add_option("--speed", request.speed_scale, "Slows the motion, in (0, 1]")
       ->check(numberWhere([](double v) { return v > 0 && v <= 1; }, "in (0, 1]"))
       ->capture_default_str();
-  app.add_option("--output", flags.options.output, "Write the plan file here");
+  app.add_option("--output", flags.options.output, "Write the plan file here")
+      ->check(checkNotEmpty);
   app.add_option("--html", flags.html, "Write a page that shows the plan");
 }
 
@@ -103,7 +109,8 @@ int notBuiltYet(const std::string& what) {
 
 int run(int argc, char** argv) {
   CLI::App app{"Asks a handover daemon for plans.", "handoverctl"};
-  app.set_version_flag("--version", std::string("handoverctl ") + HANDOVER_VERSION);
+  const std::string version = std::string("handoverctl ") + HANDOVER_VERSION;
+  app.set_version_flag("--version", version);
   app.require_subcommand(1);
   app.fallthrough();
 
@@ -130,7 +137,10 @@ int run(int argc, char** argv) {
   auto* scene = app.add_subcommand("scene", "Show or change a live scene");
   auto* experiment = app.add_subcommand("experiment", "Plan many varied requests");
   auto* view = app.add_subcommand("view", "Make a page that shows a plan");
-  for (auto* later : {scene, experiment, view}) later->fallthrough(false)->allow_extras();
+  for (auto* later : {scene, experiment, view}) {
+    later->fallthrough(false)->allow_extras();
+    later->set_version_flag("--version", version);
+  }
 
   try {
     app.parse(argc, argv);
@@ -146,11 +156,11 @@ int run(int argc, char** argv) {
   common.domain = *parseDomain(domain);
   common.wait = std::chrono::milliseconds(std::llround(wait_s * 1e3));
 
-  const RequestId request = RequestId::fromHex(id).value_or(RequestId{});
+  const std::optional<RequestId> request = RequestId::fromHex(id);
   if (status->parsed()) return runStatus(common);
   if (cells->parsed()) return runCells(common);
   if (watch->parsed()) return runWatch(common, request);
-  if (cancel->parsed()) return runCancel(common, request);
+  if (cancel->parsed()) return runCancel(common, *request);
   if (plan->parsed()) {
     if (!flags.html.empty()) return notBuiltYet("--html");
     return runPlan(common, finish(flags));

@@ -21,6 +21,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Code = ClientError::Code;
 
+/// A little more than the period at which participants announce themselves.
+constexpr std::chrono::milliseconds kAnnouncements{300};
+
 std::string randomClientId() { return "client-" + RequestId::random().hex().substr(0, 12); }
 
 }  // namespace
@@ -362,7 +365,18 @@ void Client::cancel(const RequestId& id) {
 std::vector<DaemonStatus> Client::daemons() {
   std::unique_lock lock(impl_->mutex);
   impl_->awaitDaemon(lock);
+  // Where one announced itself the others do so within a period of announcements.
+  for (std::size_t known = 0; known != impl_->known_daemons.size();) {
+    known = impl_->known_daemons.size();
+    impl_->await(lock, Clock::now() + kAnnouncements,
+                 [this, known] { return impl_->known_daemons.size() > known; });
+  }
   return impl_->known_daemons.all();
+}
+
+bool Client::daemonThere() const {
+  const std::lock_guard lock(impl_->mutex);
+  return !impl_->known_daemons.empty();
 }
 
 void Client::watch(OnStage on_stage) {

@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
   app.add_option("plan", plan, "plan file")->required();
   app.add_option("--root", root, "folder that the plan's paths are relative to");
   app.add_flag("--json", json, "one JSON object on standard output");
-  app.set_version_flag("--version", HANDOVER_VERSION);
+  app.set_version_flag("--version", std::string("handover-verify ") + HANDOVER_VERSION);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -280,13 +280,13 @@ std::vector<Fault> check(const PlanRequest& request) {
   if (!validClientId(request.client_id)) c.fault("client_id", "must match [a-z0-9_-]{1,64}");
   c.required("cell", request.cell);
   for (const auto& [field, value] :
-       {std::pair{"task", &request.task}, std::pair{"object", &request.object},
+       {std::pair{"task", &request.task}, std::pair{"object_name", &request.object},
         std::pair{"giver", &request.giver}, std::pair{"receiver", &request.receiver},
         std::pair{"giver_arm", &request.giver_arm},
         std::pair{"receiver_arm", &request.receiver_arm}}) {
     c.name(field, *value);
   }
-  if (request.X_WO_goal) c.pose("goal", *request.X_WO_goal);
+  if (request.X_WO_goal) c.pose("X_WO_goal", *request.X_WO_goal);
   c.overrides("overrides", request.overrides);
   if (request.mode != SearchMode::kFirst && request.mode != SearchMode::kBest &&
       request.mode != SearchMode::kAll) {
@@ -300,6 +300,8 @@ std::vector<Fault> check(const PlanRequest& request) {
   }
   if (!(request.speed_scale > 0 && request.speed_scale <= 1)) {
     c.fault("speed_scale", "must be in (0, 1]");
+  } else if (request.speed_scale < bounds::kSlowest) {
+    c.fault("speed_scale", "is below 0.001");
   }
   return std::move(c.faults);
 }

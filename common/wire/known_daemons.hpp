@@ -6,6 +6,7 @@
 
 #include <handover/common/status.hpp>
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <utility>
@@ -24,6 +25,8 @@ class KnownDaemons {
   void lose(const Guid& writer);
 
   bool empty() const { return daemons_.empty(); }
+
+  std::size_t size() const { return daemons_.size(); }
 
   /// True when one of them serves that cell.
   bool anyServes(const std::string& cell) const;

@@ -31,6 +31,11 @@ GraspParams graspParams(const SceneObject& object, const SceneRobot& robot, cons
   return params;
 }
 
+/// Products kept in memory of each sort, and how often one who waits for another's looks at its
+/// deadline.
+constexpr std::size_t kKept = 256;
+constexpr std::chrono::milliseconds kDeadlineCheck{20};
+
 Rejected badRequest(std::vector<Fault> faults) { return {"bad_request", std::move(faults)}; }
 
 /// The task of a request: named, or made from object, goal and robots. Faults when names are
@@ -52,7 +57,7 @@ SceneTask resolveTask(const PlanRequest& request, const Cell::Instance& instance
   if (const int object = scene.findObject(request.object); object >= 0) {
     task.X_WO_start = scene.objects[static_cast<std::size_t>(object)].X_WO;
   } else {
-    faults.push_back({"object", "the cell has no object '" + request.object + "'"});
+    faults.push_back({"object_name", "the cell has no object '" + request.object + "'"});
   }
   if (scene.findRobot(request.giver) < 0) {
     faults.push_back({"giver", "the cell has no robot '" + request.giver + "'"});
@@ -94,13 +99,51 @@ std::shared_ptr<const ArmKinematics> ResourceCache::kinematics(
   return entry;
 }
 
+template <typename Product, typename Make>
+std::shared_ptr<const Product> ResourceCache::get(Shelf<Product>& shelf, std::uint64_t hash,
+                                                  const Deadline& deadline, Make make) {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    if (const auto known = shelf.products.find(hash); known != shelf.products.end()) {
+      return known->second;
+    }
+    if (!shelf.in_the_making.contains(hash)) break;
+    if (deadline.over()) throw std::runtime_error("stopped while another request made it");
+    made_.wait_for(lock, kDeadlineCheck);
+  }
+  shelf.in_the_making.insert(hash);
+  lock.unlock();
+  std::shared_ptr<const Product> product;
+  std::exception_ptr failure;
+  try {
+    product = make();
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  lock.lock();
+  shelf.in_the_making.erase(hash);
+  if (!failure) {
+    // Requests that change robots or objects bring products of their own; the folder keeps them
+    // all.
+    if (shelf.products.size() >= kKept) shelf.products.clear();
+    shelf.products[hash] = product;
+  }
+  made_.notify_all();
+  if (failure) std::rethrow_exception(failure);
+  return product;
+}
+
 std::shared_ptr<const ReachabilityMap> ResourceCache::map(const SceneRobot& robot, int arm,
                                                           const Deadline& deadline) {
-  const std::lock_guard lock(mutex_);
-  const ReachabilityParams params;
-  const std::uint64_t hash = ReachabilityMap::hash(*robot.model, arm, robot.q_start, params);
-  if (const auto known = maps_.find(hash); known != maps_.end()) return known->second;
+  const std::uint64_t hash =
+      ReachabilityMap::hash(*robot.model, arm, robot.q_start, ReachabilityParams{});
+  return get(maps_, hash, deadline, [&] { return makeMap(robot, arm, hash, deadline); });
+}
 
+std::shared_ptr<const ReachabilityMap> ResourceCache::makeMap(const SceneRobot& robot, int arm,
+                                                              std::uint64_t hash,
+                                                              const Deadline& deadline) {
+  const ReachabilityParams params;
   const std::string arm_name =
       robot.model->name + "/" + robot.model->arms[static_cast<std::size_t>(arm)].name;
   const auto file =
@@ -110,9 +153,9 @@ std::shared_ptr<const ReachabilityMap> ResourceCache::map(const SceneRobot& robo
   auto log = logger("maps");
   if (!force_) {
     auto map = ReachabilityMap::open(file, hash);
-    if (map) return maps_[hash] = *map;
+    if (map) return *map;
     if (map.error().code != ErrorCode::kNotFound) {
-      log->warn("{}: {}; it is made again", file.string(), map.error().detail);
+      log->warn("{}; it is made again", map.error().detail);
     }
   }
   std::filesystem::create_directories(file.parent_path());
@@ -127,20 +170,29 @@ std::shared_ptr<const ReachabilityMap> ResourceCache::map(const SceneRobot& robo
   if (!built) throw std::runtime_error("map of " + arm_name + ": " + built.error().detail);
   auto map = ReachabilityMap::open(file, hash);
   if (!map) throw std::runtime_error("map of " + arm_name + ": " + map.error().detail);
-  return maps_[hash] = *map;
+  return *map;
 }
 
 std::shared_ptr<const GraspSet> ResourceCache::grasps(const SceneObject& object,
                                                       const SceneRobot& robot, int arm,
                                                       const Deadline& deadline) {
-  const std::lock_guard lock(mutex_);
-  const int hand_index = robot.model->arms[static_cast<std::size_t>(arm)].hand;
-  if (hand_index < 0) return nullptr;
-  const Hand& hand = robot.model->hands[static_cast<std::size_t>(hand_index)];
-  const GraspParams params = graspParams(object, robot, hand);
+  const int hand = robot.model->arms[static_cast<std::size_t>(arm)].hand;
+  if (hand < 0) return nullptr;
+  const GraspParams params =
+      graspParams(object, robot, robot.model->hands[static_cast<std::size_t>(hand)]);
   const std::uint64_t hash = graspSetHash(object, *robot.model, arm, params);
-  if (const auto known = grasps_.find(hash); known != grasps_.end()) return known->second;
+  return get(grasps_, hash, deadline,
+             [&] { return makeGrasps(object, robot, arm, hash, deadline); });
+}
 
+std::shared_ptr<const GraspSet> ResourceCache::makeGrasps(const SceneObject& object,
+                                                          const SceneRobot& robot, int arm,
+                                                          std::uint64_t hash,
+                                                          const Deadline& deadline) {
+  const Hand& hand =
+      robot.model
+          ->hands[static_cast<std::size_t>(robot.model->arms[static_cast<std::size_t>(arm)].hand)];
+  const GraspParams params = graspParams(object, robot, hand);
   const std::string name = object.name + " " + robot.model->name + "/" + hand.name;
   const auto file =
       folder_ / "grasps" /
@@ -148,9 +200,9 @@ std::shared_ptr<const GraspSet> ResourceCache::grasps(const SceneObject& object,
   auto log = logger("grasps");
   if (!force_) {
     auto set = readGraspSet(file, hash);
-    if (set) return grasps_[hash] = std::make_shared<const GraspSet>(std::move(*set));
+    if (set) return std::make_shared<const GraspSet>(std::move(*set));
     if (set.error().code != ErrorCode::kNotFound) {
-      log->warn("{}: {}; it is made again", file.string(), set.error().detail);
+      log->warn("{}; it is made again", set.error().detail);
     }
   }
   std::filesystem::create_directories(file.parent_path());
@@ -161,13 +213,13 @@ std::shared_ptr<const GraspSet> ResourceCache::grasps(const SceneObject& object,
       },
       deadline);
   if (!set) {
-    if (set.error().code == ErrorCode::kNotFound) return grasps_[hash] = nullptr;
+    if (set.error().code == ErrorCode::kNotFound) return nullptr;
     throw std::runtime_error("grasps of " + name + ": " + set.error().detail);
   }
   if (const auto written = writeGraspSet(*set, hash, file); !written) {
     throw std::runtime_error("grasps of " + name + ": " + written.error().detail);
   }
-  return grasps_[hash] = std::make_shared<const GraspSet>(std::move(*set));
+  return std::make_shared<const GraspSet>(std::move(*set));
 }
 
 CellService::CellService(const std::filesystem::path& root, const std::vector<std::string>& cells,
@@ -248,14 +300,16 @@ Outcome CellService::plan(const PlanRequest& request, StageSink& sink, const Dea
         {{"expected_revision", "the scene's revision is " + std::to_string(loaded->revision)}}};
   }
   Cell::Instance instance = loaded->instance;
+  std::vector<Fault> faults;
   if (!request.overrides.empty()) {
     auto changed = loaded->cell.instantiate(request.overrides, loaded->revision);
-    if (auto* faults = std::get_if<std::vector<Fault>>(&changed))
-      return badRequest(std::move(*faults));
-    instance = std::get<Cell::Instance>(std::move(changed));
+    if (auto* found = std::get_if<std::vector<Fault>>(&changed)) {
+      faults = std::move(*found);  // the rest is checked against the cell as it is
+    } else {
+      instance = std::get<Cell::Instance>(std::move(changed));
+    }
   }
 
-  std::vector<Fault> faults;
   HandoverProblem problem;
   problem.scene = instance.scene;
   problem.task = resolveTask(request, instance, faults);
@@ -268,7 +322,19 @@ Outcome CellService::plan(const PlanRequest& request, StageSink& sink, const Dea
   problem.collision = request.overrides.empty() && known != loaded->collision.end()
                           ? known->second
                           : collisionForTask(*problem.scene, problem.task.object);
-  problem.resources = resources(*instance.scene, problem.task.object, deadline);
+  try {
+    problem.resources = resources(*instance.scene, problem.task.object, deadline);
+  } catch (const std::runtime_error& error) {
+    // Maps and grasps of a changed robot or object take long to make.
+    if (deadline.state() == Deadline::State::kCancelled) return Cancelled{};
+    if (deadline.state() == Deadline::State::kOpen) throw;
+    Failed late;
+    late.reason = FailureReason::kDeadline;
+    late.explanation.filter = "prepare";
+    late.explanation.text =
+        std::string("The deadline passed while maps and grasps were made: ") + error.what();
+    return late;
+  }
   problem.giver_arm = request.giver_arm;
   problem.receiver_arm = request.receiver_arm;
   problem.mode = request.mode;

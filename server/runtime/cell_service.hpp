@@ -6,18 +6,21 @@
 #include "runtime/plan_service.hpp"
 #include "settings/cell_file.hpp"
 
+#include <condition_variable>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
 namespace handover {
 
 /// Offline products of one cache folder, made when missing or out of date. Safe from any thread:
-/// each product is made once, by the first that asks for it.
+/// each product is made once, by the first that asks for it; others that want the same wait, those
+/// that want another don't.
 class ResourceCache {
  public:
   /// What is being made ("map crichton/left", "grasps cup hubo/left_hand") and the fraction done.
@@ -36,12 +39,27 @@ class ResourceCache {
                                                   int arm);
 
  private:
+  template <typename Product>
+  struct Shelf {
+    std::map<std::uint64_t, std::shared_ptr<const Product>> products;  ///< by hash
+    std::set<std::uint64_t> in_the_making;
+  };
+
+  template <typename Product, typename Make>
+  std::shared_ptr<const Product> get(Shelf<Product>& shelf, std::uint64_t hash,
+                                     const Deadline& deadline, Make make);
+  std::shared_ptr<const ReachabilityMap> makeMap(const SceneRobot& robot, int arm,
+                                                 std::uint64_t hash, const Deadline& deadline);
+  std::shared_ptr<const GraspSet> makeGrasps(const SceneObject& object, const SceneRobot& robot,
+                                             int arm, std::uint64_t hash, const Deadline& deadline);
+
   std::filesystem::path folder_;
   Progress progress_;
   bool force_;
-  std::mutex mutex_;
-  std::map<std::uint64_t, std::shared_ptr<const ReachabilityMap>> maps_;
-  std::map<std::uint64_t, std::shared_ptr<const GraspSet>> grasps_;
+  std::mutex mutex_;  // guards all below
+  std::condition_variable made_;
+  Shelf<ReachabilityMap> maps_;
+  Shelf<GraspSet> grasps_;
   std::map<std::pair<const RobotModel*, int>, std::shared_ptr<const ArmKinematics>> kinematics_;
 };
 

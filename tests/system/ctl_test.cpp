@@ -75,21 +75,23 @@ TEST_P(CtlUsage, HasItsExitCode) {
 
 INSTANTIATE_TEST_SUITE_P(
     Each, CtlUsage,
-    testing::Values(Usage{"", 2}, Usage{"--help", 0}, Usage{"plan --help", 0},
-                    Usage{"--version", 0}, Usage{"plan --version", 0}, Usage{"fly", 2},
-                    Usage{"plan", 2}, Usage{"plan --cell c --nonsense", 2},
-                    Usage{"plan --cell c extra", 2}, Usage{"plan --cell c --mode fastest", 2},
-                    Usage{"plan --cell c --search deep", 2}, Usage{"plan --cell c --seed -1", 2},
-                    Usage{"plan --cell c --seed x", 2}, Usage{"plan --cell c --deadline 0", 2},
-                    Usage{"plan --cell c --deadline nan", 2},
-                    Usage{"plan --cell c --deadline inf", 2}, Usage{"plan --cell c --speed 0", 2},
-                    Usage{"plan --cell c --speed 1.5", 2}, Usage{"plan --cell c --set nonsense", 2},
-                    Usage{"plan --cell c --set =3", 2}, Usage{"status --domain -1", 2},
-                    Usage{"status --domain 233", 2}, Usage{"status --domain x", 2},
-                    Usage{"status --wait nan", 2}, Usage{"status --wait -1", 2}, Usage{"cancel", 2},
-                    Usage{"cancel 123", 2}, Usage{"watch nothex", 2}, Usage{"scene show", 3},
-                    Usage{"experiment butler --runs 3", 3}, Usage{"view plan.json -o plan.html", 3},
-                    Usage{"plan --cell c --html plan.html", 3}));
+    testing::Values(
+        Usage{"", 2}, Usage{"--help", 0}, Usage{"plan --help", 0}, Usage{"--version", 0},
+        Usage{"plan --version", 0}, Usage{"fly", 2}, Usage{"plan", 2},
+        Usage{"plan --cell c --nonsense", 2}, Usage{"plan --cell c extra", 2},
+        Usage{"plan --cell c --mode fastest", 2}, Usage{"plan --cell c --search deep", 2},
+        Usage{"plan --cell c --seed -1", 2}, Usage{"plan --cell c --seed x", 2},
+        Usage{"plan --cell c --seed 18446744073709551616", 2}, Usage{"plan --cell c --output=", 2},
+        Usage{"scene --version", 0}, Usage{"experiment --version", 0}, Usage{"view --version", 0},
+        Usage{"plan --cell c --deadline 0", 2}, Usage{"plan --cell c --deadline nan", 2},
+        Usage{"plan --cell c --deadline inf", 2}, Usage{"plan --cell c --speed 0", 2},
+        Usage{"plan --cell c --speed 1.5", 2}, Usage{"plan --cell c --set nonsense", 2},
+        Usage{"plan --cell c --set =3", 2}, Usage{"status --domain -1", 2},
+        Usage{"status --domain 233", 2}, Usage{"status --domain x", 2},
+        Usage{"status --wait nan", 2}, Usage{"status --wait -1", 2}, Usage{"cancel", 2},
+        Usage{"cancel 123", 2}, Usage{"watch nothex", 2}, Usage{"scene show", 3},
+        Usage{"experiment butler --runs 3", 3}, Usage{"view plan.json -o plan.html", 3},
+        Usage{"plan --cell c --html plan.html", 3}));
 
 TEST(CtlEnvironment, RefusesADomainThatIsNone) {
   for (const char* text : {"x", "12x", "233", "-1", " 1"}) {
@@ -138,6 +140,14 @@ TEST_F(ScriptedCtl, StatusAndCells) {
   EXPECT_EQ(lines[0]["cells"][0]["name"], "script");
   EXPECT_THAT(ctl("cells").out, HasSubstr("script: answer fail hold paced throw"));
   EXPECT_EQ(jsonLines(ctl("cells --json").out).at(0)["tasks"].size(), 5u);
+}
+
+TEST_F(ScriptedCtl, StatusShowsEveryDaemon) {
+  Process second({kScripted, std::to_string(domain)}), third({kScripted, std::to_string(domain)});
+  for (Process* other : {&second, &third}) {
+    ASSERT_TRUE(other->waitForOutput("serving")) << other->err();
+  }
+  EXPECT_EQ(jsonLines(ctl("status --json").out).size(), 3u);
 }
 
 TEST_F(ScriptedCtl, PlanWritesTheSamePlanTwice) {
@@ -224,6 +234,23 @@ TEST_F(ScriptedCtl, AKilledDaemonIsLost) {
   EXPECT_THAT(plan.err(), HasSubstr("did not come back"));
 }
 
+TEST_F(ScriptedCtl, WatchingOrCancellingEndsWithALostDaemon) {
+  Process plan(command("plan --cell script --task hold --json"));
+  ASSERT_TRUE(plan.waitForOutput("arm_selected"));
+  const std::string id = jsonLines(plan.out().substr(0, plan.out().find('\n'))).at(0)["request_id"];
+  Process all(command("watch --wait 2")), one(command("watch --wait 2 " + id));
+  ASSERT_TRUE(all.waitForOutput("arms"));
+  ASSERT_TRUE(one.waitForOutput("arms"));
+  daemon.signal(SIGKILL);
+  EXPECT_EQ(all.wait(), 13);
+  EXPECT_EQ(one.wait(), 13);
+  EXPECT_THAT(one.err(), HasSubstr("did not come back"));
+}
+
+TEST_F(ScriptedCtl, AnIdOfZerosIsOneRequestLikeAnyOther) {
+  EXPECT_EQ(ctl("watch 00000000000000000000000000000000 --wait 2").status, 12);
+}
+
 TEST_F(ScriptedCtl, ADaemonThatComesBackGoesOn) {
   Process plan(command("plan --cell script --task hold --wait 30 --json"));
   ASSERT_TRUE(plan.waitForOutput("arm_selected"));
@@ -294,7 +321,12 @@ TEST_F(Handoverd, RejectsNonsenseByField) {
   EXPECT_EQ(ask("--set robots.hubo.bass.xyz=[0,0,0]").status, 12);
   EXPECT_EQ(ask("--set robots.hubo.base.xyz=three").status, 12);
   EXPECT_EQ(ask("--task dance").status, 12);
-  EXPECT_EQ(ask("--giver-arm third").status, 12);
+  const auto several =
+      ask("--giver-arm third --receiver-arm fourth --set robots.hubo.base.xyz=three");
+  EXPECT_EQ(several.status, 12);
+  for (const char* field : {"giver_arm", "receiver_arm", "robots.hubo.base.xyz"}) {
+    EXPECT_THAT(several.out, HasSubstr(field));
+  }
   const auto unknown = run(command("plan --cell nowhere"));
   EXPECT_EQ(unknown.status, 12);
   daemon.signal(SIGTERM);
@@ -305,9 +337,19 @@ TEST_F(Handoverd, RefusesBadStarts) {
   EXPECT_EQ(run(serve("--cell nowhere")).status, 3);
   EXPECT_EQ(run(serve("--threads 0")).status, 2);
   EXPECT_EQ(run(serve("--fly")).status, 2);
+  const TemporaryFolder folder;
+  fs::create_directories(folder.path() / "config");
+  fs::create_directories(folder.path() / "robots");
+  const auto none = run({kBin + "handoverd", "serve", "--root", folder.path().string()});
+  EXPECT_EQ(none.status, 3);
+  EXPECT_THAT(none.err, HasSubstr("no cell"));
   EXPECT_EQ(run({kBin + "handoverd"}).status, 2);
   EXPECT_EQ(run({kBin + "handoverd", "check"}).status, 2);
-  EXPECT_EQ(run({kBin + "handoverd", "--version"}).status, 0);
+  for (const char* command : {"", "serve ", "prepare ", "check "}) {
+    const auto version = run(words(kBin + "handoverd " + command + "--version"));
+    EXPECT_EQ(version.status, 0) << command;
+    EXPECT_THAT(version.out, HasSubstr("handoverd "));
+  }
 }
 
 }  // namespace

@@ -497,8 +497,10 @@ Result<TimedPath> parameterize(const std::vector<VectorXd>& waypoints, const Tim
     if (slower <= kGoodStretch && positionExcess(path, limits) <= kPositionSlack) break;
   }
   if (stretch) *stretch = slower;
-  if (settings.speed_scale < 1) stretchTime(path, 1 / settings.speed_scale);
+  // At full speed: slowed a thousandfold, the path has the same samples and not a thousand times as
+  // many.
   fillGaps(path, settings.max_sample_gap);
+  if (settings.speed_scale < 1) stretchTime(path, 1 / settings.speed_scale);
   keepLimits(path, limits);
   return path;
 }

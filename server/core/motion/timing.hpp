@@ -27,7 +27,7 @@ struct TimingLimits {
 
 struct TimingSettings {
   double blend = 0.05;           ///< largest deviation at a corner from the polyline [rad]
-  double max_sample_gap = 0.05;  ///< [s]
+  double max_sample_gap = 0.05;  ///< [s] at full speed
   double speed_scale = 1.0;      ///< in (0, 1]: stretches time by its inverse
 };
 

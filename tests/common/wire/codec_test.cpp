@@ -99,7 +99,7 @@ TEST(RequestCodec, ListsEveryFault) {
   message.deadline_s(-1);
   message.speed_scale(kNan);
   const auto faults = faultsOf(message);
-  for (const char* field : {"version", "client_id", "cell", "goal.xyz", "mode", "search",
+  for (const char* field : {"version", "client_id", "cell", "X_WO_goal.xyz", "mode", "search",
                             "deadline_s", "speed_scale"}) {
     EXPECT_THAT(faults, names(field));
   }
@@ -132,10 +132,10 @@ INSTANTIATE_TEST_SUITE_P(
         BadRequest{"cell", [](auto& m) { m.cell(std::string(300, 'c')); }},
         BadRequest{"task", [](auto& m) { m.task(std::string(300, 't')); }},
         BadRequest{"giver", [](auto& m) { m.giver(std::string("a\0b", 3)); }},
-        BadRequest{"goal.quat_wxyz", [](auto& m) { m.X_WO_goal().orientation().w(0.7); }},
-        BadRequest{"goal.quat_wxyz", [](auto& m) { m.X_WO_goal().orientation() = {}; }},
-        BadRequest{"goal.quat_wxyz", [](auto& m) { m.X_WO_goal().orientation().x(kInf); }},
-        BadRequest{"goal.xyz", [](auto& m) { m.X_WO_goal().position().x(-kInf); }},
+        BadRequest{"X_WO_goal.quat_wxyz", [](auto& m) { m.X_WO_goal().orientation().w(0.7); }},
+        BadRequest{"X_WO_goal.quat_wxyz", [](auto& m) { m.X_WO_goal().orientation() = {}; }},
+        BadRequest{"X_WO_goal.quat_wxyz", [](auto& m) { m.X_WO_goal().orientation().x(kInf); }},
+        BadRequest{"X_WO_goal.xyz", [](auto& m) { m.X_WO_goal().position().x(-kInf); }},
         BadRequest{"overrides", [](auto& m) { m.overrides().assign(257, m.overrides()[0]); }},
         BadRequest{"overrides[1].value",
                    [](auto& m) { m.overrides()[1].yaml_value(std::string(5000, '1')); }},
@@ -144,6 +144,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadRequest{"deadline_s", [](auto& m) { m.deadline_s(kInf); }},
         BadRequest{"speed_scale", [](auto& m) { m.speed_scale(0); }},
         BadRequest{"speed_scale", [](auto& m) { m.speed_scale(1.001); }},
+        BadRequest{"speed_scale", [](auto& m) { m.speed_scale(9e-4); }},
         BadRequest{"extensions", [](auto& m) { m.extensions().resize(65); }}));
 
 TEST(RequestCodec, TakesQuaternionsWithinAThousandthOfUnitLength) {

@@ -106,7 +106,7 @@ TEST_F(DdsEndpointTest, RejectsABadRequestWithEveryFault) {
   EXPECT_EQ(rejected.reason, "bad_request");
   std::vector<std::string> fields;
   for (const Fault& fault : rejected.faults) fields.push_back(fault.field);
-  EXPECT_THAT(fields, testing::UnorderedElementsAre("goal.xyz", "mode", "speed_scale"));
+  EXPECT_THAT(fields, testing::UnorderedElementsAre("X_WO_goal.xyz", "mode", "speed_scale"));
 }
 
 TEST_F(DdsEndpointTest, AnswersAClientWhoseIdIsBad) {

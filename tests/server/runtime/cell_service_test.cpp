@@ -5,9 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <thread>
 
 namespace handover {
 namespace {
@@ -214,6 +216,47 @@ TEST(CellService, RejectsWhatIsNotFiniteOrUnknown) {
     ASSERT_FALSE(rejected->faults.empty());
     EXPECT_EQ(rejected->faults[0].field, bad.path);
   }
+}
+
+/// A request that needs grasps which no cache has, and thousands of them.
+PlanRequest largeRequest() {
+  PlanRequest request = butlerRequest();
+  request.overrides.push_back({"objects.cup.grasps.crichton.right_hand", "99999"});
+  return request;
+}
+
+TEST(CellService, DeadlineAndCancelEndTheMakingOfGrasps) {
+  using namespace std::chrono_literals;
+  service();
+  Recorder recorder;
+  const Outcome late =
+      service().plan(largeRequest(), recorder, Deadline(std::chrono::steady_clock::now() + 50ms));
+  const auto* failed = std::get_if<Failed>(&late);
+  ASSERT_NE(failed, nullptr);
+  EXPECT_EQ(failed->reason, FailureReason::kDeadline);
+
+  const Deadline deadline;
+  std::jthread cancel([&deadline] {
+    std::this_thread::sleep_for(50ms);
+    deadline.cancel();
+  });
+  EXPECT_TRUE(
+      std::holds_alternative<Cancelled>(service().plan(largeRequest(), recorder, deadline)));
+}
+
+TEST(CellService, OneThatMakesGraspsHoldsUpNobodyElse) {
+  service();
+  const Deadline deadline;
+  std::atomic<bool> ended = false;
+  std::jthread large([&] {
+    Recorder recorder;
+    service().plan(largeRequest(), recorder, deadline);
+    ended = true;
+  });
+  Recorder recorder;
+  EXPECT_TRUE(std::holds_alternative<Done>(service().plan(butlerRequest(), recorder, Deadline())));
+  EXPECT_FALSE(ended);
+  deadline.cancel();
 }
 
 TEST(CellService, CancelledBeforehandSaysSo) {

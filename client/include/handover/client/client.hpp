@@ -85,6 +85,9 @@ class Client {
   /// The daemons announced, by id; waits until there is one. @throws ClientError (kNoDaemon).
   std::vector<DaemonStatus> daemons();
 
+  /// True while a daemon is announced; does not wait.
+  bool daemonThere() const;
+
   /// Delivers stages of all requests in the domain from now on, and those that daemons still keep,
   /// until the client is gone. Once.
   void watch(OnStage on_stage);

@@ -27,6 +27,7 @@ inline constexpr std::size_t kParts = 4096;
 inline constexpr std::size_t kPairs = 4096;
 inline constexpr std::size_t kSamples = 100'000;
 inline constexpr std::size_t kCells = 1024;
+inline constexpr double kSlowest = 1e-3;  ///< speed scale: a plan of a minute takes most of a day
 }  // namespace bounds
 
 /// True for [a-z0-9_-]{1,64}.

@@ -62,7 +62,7 @@ void expectSound(const TimedPath& path, const std::vector<VectorXd>& waypoints,
   EXPECT_EQ(path.qd.back().cwiseAbs().maxCoeff(), 0);
   for (std::size_t i = 0; i + 1 < path.t.size(); ++i) {
     EXPECT_LT(path.t[i], path.t[i + 1]);
-    EXPECT_LE(path.t[i + 1] - path.t[i], settings.max_sample_gap * (1 + 1e-9));
+    EXPECT_LE(path.t[i + 1] - path.t[i], settings.max_sample_gap / settings.speed_scale * (1 + 1e-9));
     EXPECT_TRUE(path.q[i].allFinite());
     EXPECT_TRUE(path.qd[i].allFinite());
   }
@@ -282,6 +282,21 @@ TEST(Timing, StretchesBySpeedScale) {
     const double t = x * full->duration();
     EXPECT_LT((evaluate(*full, t) - evaluate(slower, 4 * t)).norm(), 1e-9);
     EXPECT_LT((evaluate(*full, t) - evaluate(*quarter, 4 * t)).norm(), 1e-9);
+  }
+}
+
+TEST(Timing, HasTheSameSamplesAtAnySpeed) {
+  const TimingLimits limits = armLimits();
+  Random random(23);
+  std::vector<VectorXd> waypoints;
+  for (int i = 0; i < 4; ++i) waypoints.push_back(random.point(limits));
+  const auto full = parameterize(waypoints, limits, {});
+  ASSERT_TRUE(full);
+  for (const double speed_scale : {0.5, 1e-3, 1e-9}) {
+    const auto slow = parameterize(waypoints, limits, {.speed_scale = speed_scale});
+    ASSERT_TRUE(slow);
+    EXPECT_EQ(slow->q, full->q);
+    EXPECT_NEAR(slow->duration() * speed_scale, full->duration(), 1e-9 * full->duration());
   }
 }
 
