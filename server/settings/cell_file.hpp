@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cell files: YAML -> Scene and tasks, with the overrides of one request applied by the same reader.
+// Cell files: YAML -> Scene and tasks, with the overrides of one request applied by the same
+// reader.
 #pragma once
 
 #include "core/model/robot_loader.hpp"
@@ -19,16 +20,19 @@ namespace handover {
 /// Models already loaded, by name: cells share them.
 using ModelCache = std::map<std::string, std::shared_ptr<const RobotModel>>;
 
-/// Reads a robot's yaml file; its URDF and SRDF lie beside it and are named relative to `root`. @throws FileError with every fault.
-RobotSettings readRobotSettings(const std::filesystem::path& file, const std::filesystem::path& root);
+/// Reads a robot's yaml file; its URDF and SRDF lie beside it and are named relative to `root`.
+/// @throws FileError with every fault.
+RobotSettings readRobotSettings(const std::filesystem::path& file,
+                                const std::filesystem::path& root);
 
 /// What an experiment draws for one override path: evenly between two ends, or one of some choices.
 struct Variation {
   std::string path;
-  std::vector<double> from, to;               ///< the ends, of the same size; one entry: a plain number
-  /// For rpy_deg ranges: the drawn yaw is added to the direction from the drawn place to this (x, y).
+  std::vector<double> from, to;  ///< the ends, of the same size; one entry: a plain number
+  /// For rpy_deg ranges: the drawn yaw is added to the direction from the drawn place to this (x,
+  /// y).
   std::optional<std::array<double, 2>> facing;
-  std::vector<std::string> choices;           ///< YAML values; empty for a range
+  std::vector<std::string> choices;  ///< YAML values; empty for a range
   bool operator==(const Variation&) const = default;
 };
 
@@ -38,7 +42,7 @@ class Cell {
   /// What a cell is at one moment: the scene and its tasks, goals resolved into the world.
   struct Instance {
     std::shared_ptr<const Scene> scene;
-    std::vector<SceneTask> tasks;               ///< in the file's order
+    std::vector<SceneTask> tasks;  ///< in the file's order
   };
 
   /// @throws FileError with every fault of the cell and of the robot files it names.
@@ -51,9 +55,9 @@ class Cell {
   /// The `vary:` part, in the file's order.
   const std::vector<Variation>& variations() const;
 
-  /// The cell with overrides applied in their order; or every fault, `field` = the override's path. Arm
-  /// postures given by tool pose are solved by IK, the same way every time: of all solutions the one
-  /// nearest to the posture before. Unreachable ones are faults naming robot and arm.
+  /// The cell with overrides applied in their order; or every fault, `field` = the override's path.
+  /// Arm postures given by tool pose are solved by IK, the same way every time: of all solutions
+  /// the one nearest to the posture before. Unreachable ones are faults naming robot and arm.
   std::variant<Instance, std::vector<Fault>> instantiate(const std::vector<Override>& overrides,
                                                          std::uint64_t revision) const;
 

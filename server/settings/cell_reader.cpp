@@ -53,7 +53,7 @@ Pose readPlace(YamlMap& map, YamlReport& report) {
 Pose readPose(const YamlValue& value) {
   auto map = value.map();
   if (!map) return Pose::Identity();
-  const Pose X = readPlace(*map, value.report());
+  Pose X = readPlace(*map, value.report());
   map->finish();
   return X;
 }

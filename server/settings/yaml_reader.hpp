@@ -89,6 +89,7 @@ class YamlValue {
   std::optional<std::vector<YamlValue>> list() const;
   std::optional<std::vector<std::string>> texts() const;
   std::optional<YamlMap> map() const;
+
   /// The value written as YAML on one line.
   std::string flowText() const { return node_->flowText(); }
 

@@ -211,7 +211,7 @@ class PartCollector {
 
   Eigen::Vector3d placed(const aiVector3D& v, const Eigen::Matrix4d& transform) const {
     const Eigen::Vector4d p = transform * Eigen::Vector4d(v.x, v.y, v.z, 1.0);
-    const Eigen::Vector3d at = p.head<3>().cwiseProduct(scale_);
+    Eigen::Vector3d at = p.head<3>().cwiseProduct(scale_);
     // Beyond a kilometre the merging grid would overflow, and it is no part of a robot's cell.
     if (!at.allFinite() || at.cwiseAbs().maxCoeff() > 1000.0) {
       refuse(file_, "has a vertex that is not finite or beyond 1 km (metres expected)");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// URDF + SRDF + our own per-robot settings -> RobotModel. Every fault is collected with file and line.
+// URDF + SRDF + our own per-robot settings -> RobotModel. Every fault is collected with file and
+// line.
 #pragma once
 
 #include "core/model/robot_model.hpp"
@@ -25,6 +26,7 @@ struct FileFault {
 class FileError : public std::runtime_error {
  public:
   explicit FileError(std::vector<FileFault> faults);
+
   const std::vector<FileFault>& faults() const { return faults_; }
 
  private:
@@ -35,26 +37,27 @@ struct ArmSettings {
   std::string name, group, tool_link, hand;
   Eigen::Vector3d approach_axis = Eigen::Vector3d::UnitZ();
   std::optional<Eigen::Vector3d> p_AShoulder;
-  double acceleration = 1.0;                     ///< [rad/s^2], each joint of the arm
+  double acceleration = 1.0;  ///< [rad/s^2], each joint of the arm
 };
 
 struct HandSettings {
   std::string name, palm_link;
-  std::vector<std::vector<std::string>> fingers; ///< joint names, palm outwards, one list per finger
+  std::vector<std::vector<std::string>>
+      fingers;  ///< joint names, palm outwards, one list per finger
   std::vector<std::string> finger_links;
-  std::map<std::string, double> open, closed;    ///< per joint [rad]
+  std::map<std::string, double> open, closed;  ///< per joint [rad]
   double acceleration = 5.0;
 };
 
 /// The robot's yaml file as values (read by settings/).
 struct RobotSettings {
   std::string name;
-  std::filesystem::path root;                    ///< what relative PATHs and package:// stand on
-  std::string urdf, srdf;                        ///< relative to root
+  std::filesystem::path root;  ///< what relative PATHs and package:// stand on
+  std::string urdf, srdf;      ///< relative to root
   std::vector<ArmSettings> arms;
   std::vector<HandSettings> hands;
-  double acceleration = 1.0;                     ///< [rad/s^2], joints of no arm and no hand
-  std::string settings_file;                     ///< for messages
+  double acceleration = 1.0;  ///< [rad/s^2], joints of no arm and no hand
+  std::string settings_file;  ///< for messages
   /// Lines of the settings file by key path ("arms.left.tool_link"), for messages; may be empty.
   std::map<std::string, int> lines;
 };

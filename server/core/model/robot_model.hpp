@@ -31,21 +31,21 @@ struct Joint {
   std::string name;
   JointType type = JointType::kFixed;
   int parent_link = -1, child_link = -1;
-  Pose X_PJ = Pose::Identity();                    ///< of the joint frame in the parent link, at q = 0
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ(); ///< unit, in the joint frame
+  Pose X_PJ = Pose::Identity();  ///< of the joint frame in the parent link, at q = 0
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in the joint frame
   /// Continuous joints: -pi, pi. A master's limits (and speed) are narrowed to those that keep its
   /// mimic joints within theirs.
   double lower = 0, upper = 0;
   double velocity = 0, acceleration = 0;
-  int dof = -1;                                    ///< index in RobotVector; of the master for a mimic joint
-  bool mimic = false;                              ///< position = multiplier * q[dof] + offset; a
-                                                   ///< mimic of a mimic is resolved to the master
+  int dof = -1;        ///< index in RobotVector; of the master for a mimic joint
+  bool mimic = false;  ///< position = multiplier * q[dof] + offset; a
+                       ///< mimic of a mimic is resolved to the master
   double mimic_multiplier = 1, mimic_offset = 0;
 };
 
 struct Link {
   std::string name;
-  int parent_joint = -1;                           ///< -1 for the root
+  int parent_joint = -1;  ///< -1 for the root
   std::vector<Shape> collision;
 };
 
@@ -53,40 +53,42 @@ struct Link {
 struct Hand {
   std::string name;
   int palm_link = -1;
-  std::vector<int> finger_links;                   ///< links that may count as finger contacts
-  std::vector<int> dofs;                           ///< independent finger joints, in model order
+  std::vector<int> finger_links;  ///< links that may count as finger contacts
+  std::vector<int> dofs;          ///< independent finger joints, in model order
   /// Per finger, its dofs from the palm outwards: the order in which they are closed until contact.
   std::vector<std::vector<int>> fingers;
-  Eigen::VectorXd open, closed;                    ///< per dofs entry [rad]
-  std::vector<int> links;                          ///< palm, fingers and everything fixed to them
+  Eigen::VectorXd open, closed;  ///< per dofs entry [rad]
+  std::vector<int> links;        ///< palm, fingers and everything fixed to them
 };
 
 struct Arm {
   std::string name;
-  int base_link = -1;                              ///< parent link of the first joint: frame A
-  int tool_link = -1;                              ///< frame T
-  std::vector<int> dofs;                           ///< base to tool
-  std::vector<int> joints;                         ///< the same as joint indices
+  int base_link = -1;       ///< parent link of the first joint: frame A
+  int tool_link = -1;       ///< frame T
+  std::vector<int> dofs;    ///< base to tool
+  std::vector<int> joints;  ///< the same as joint indices
   Eigen::Vector3d approach_axis = Eigen::Vector3d::UnitZ();  ///< unit, in T, towards the object
-  std::optional<Eigen::Vector3d> p_AShoulder;      ///< override of the first three axes' meeting point
-  int hand = -1;                                   ///< index in hands
+  std::optional<Eigen::Vector3d> p_AShoulder;  ///< override of the first three axes' meeting point
+  int hand = -1;                               ///< index in hands
 };
 
 struct RobotModel {
   std::string name;
-  std::string urdf_path, srdf_path;                ///< as given to the loader, relative to the root
+  std::string urdf_path, srdf_path;  ///< as given to the loader, relative to the root
   std::string urdf_sha256;
-  std::string content_hash;                        ///< of everything here but the paths, see modelHash()
-  std::vector<Link> links;                         ///< links[0] is the root; parents come first
-  std::vector<Joint> joints;                       ///< joints[i].child_link rises with i
-  std::vector<int> dof_joints;                     ///< dof -> joint index
+  std::string content_hash;     ///< of everything here but the paths, see modelHash()
+  std::vector<Link> links;      ///< links[0] is the root; parents come first
+  std::vector<Joint> joints;    ///< joints[i].child_link rises with i
+  std::vector<int> dof_joints;  ///< dof -> joint index
   std::vector<Arm> arms;
   std::vector<Hand> hands;
-  std::map<std::string, RobotVector> named_states; ///< SRDF group states, others at 0 within limits
+  std::map<std::string, RobotVector>
+      named_states;  ///< SRDF group states, others at 0 within limits
   /// SRDF disable_collisions: link pair (lower index first) -> reason.
   std::map<std::pair<int, int>, std::string> disabled_pairs;
 
   int dofs() const { return static_cast<int>(dof_joints.size()); }
+
   /// Index of a name, or -1.
   int findLink(std::string_view link) const;
   int findJoint(std::string_view joint) const;
@@ -96,23 +98,24 @@ struct RobotModel {
   double jointPosition(int joint, const RobotVector& q) const;
   /// Links that move when any of these dofs moves, ascending.
   std::vector<int> linksMovedBy(const std::vector<int>& dofs) const;
-  /// True if the links are never tested for contact: they move as one (fixed joints between them), or
-  /// one movable joint joins the rigid groups that they belong to.
+  /// True if the links are never tested for contact: they move as one (fixed joints between them),
+  /// or one movable joint joins the rigid groups that they belong to.
   bool adjacent(int link_a, int link_b) const;
 };
 
-/// Poses of every link when the root link is at `X_WB`: fills `X_WL`, size = links.size(). No allocation
-/// when X_WL has the size already.
+/// Poses of every link when the root link is at `X_WB`: fills `X_WL`, size = links.size(). No
+/// allocation when X_WL has the size already.
 /// @pre q.size() == model.dofs().
 void linkPoses(const RobotModel& model, const Pose& X_WB, const RobotVector& q,
                std::vector<Pose>& X_WL);
 
-/// The same for some links only, ascending (RobotModel::linksMovedBy): the others, filled before, stay.
-/// No allocation.
+/// The same for some links only, ascending (RobotModel::linksMovedBy): the others, filled before,
+/// stay. No allocation.
 void linkPosesOf(const RobotModel& model, const RobotVector& q, const std::vector<int>& links,
                  std::vector<Pose>& X_WL);
 
-/// Hash (32 hex digits) of the model's content: structure, limits, shapes, arms, hands, named states.
+/// Hash (32 hex digits) of the model's content: structure, limits, shapes, arms, hands, named
+/// states.
 std::string modelHash(const RobotModel& model);
 
 }  // namespace handover

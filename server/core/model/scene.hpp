@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A cell at one moment: robots with posture, objects with poses. Immutable once handed to the planner.
+// A cell at one moment: robots with posture, objects with poses. Immutable once handed to the
+// planner.
 #pragma once
 
 #include "core/model/robot_model.hpp"
@@ -24,7 +25,7 @@ struct SceneRobot {
 };
 
 struct Attachment {
-  int robot = -1;                                    ///< index in Scene::robots
+  int robot = -1;  ///< index in Scene::robots
   int link = -1;
   Pose X_LO = Pose::Identity();
   std::vector<int> touch_links;
@@ -32,11 +33,11 @@ struct Attachment {
 
 struct SceneObject {
   std::string name;
-  Geometry geometry;                                 ///< as described, for the plan file
-  std::vector<Shape> shapes;                         ///< convex parts of it, in O
-  Pose X_WO = Pose::Identity();                      ///< from the attachment when attached
+  Geometry geometry;             ///< as described, for the plan file
+  std::vector<Shape> shapes;     ///< convex parts of it, in O
+  Pose X_WO = Pose::Identity();  ///< from the attachment when attached
   std::optional<Attachment> attached_to;
-  std::vector<std::string> resting;                  ///< objects that it may touch at rest
+  std::vector<std::string> resting;  ///< objects that it may touch at rest
   /// Wanted numbers of grasps by robot and hand; no part of sceneHash().
   std::map<std::string, std::map<std::string, int>> grasp_counts;
 };
@@ -60,7 +61,8 @@ struct Scene {
   int findObject(std::string_view object) const;
 };
 
-/// The scene as a task starts: its object at X_WO_start. The same scene when it stands there already.
+/// The scene as a task starts: its object at X_WO_start. The same scene when it stands there
+/// already.
 std::shared_ptr<const Scene> startOf(const std::shared_ptr<const Scene>& scene,
                                      const SceneTask& task);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Convex collision shapes: what every geometry of a robot's link or of an object becomes when loaded.
+// Convex collision shapes: what every geometry of a robot's link or of an object becomes when
+// loaded.
 #pragma once
 
 #include <handover/common/pose.hpp>
@@ -15,12 +16,15 @@ namespace handover {
 struct BoxShape {
   Eigen::Vector3d size;  ///< full edges [m]
 };
+
 struct SphereShape {
   double radius = 0;
 };
+
 struct CylinderShape {
   double radius = 0, length = 0;  ///< along z, centred
 };
+
 /// The convex hull of its vertices, with the outward triangles of that hull.
 struct ConvexShape {
   std::vector<Eigen::Vector3d> vertices;
