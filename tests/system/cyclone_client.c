@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * A client of the daemon on another vendor's DDS, from the same IDL: the oracle of our wire.
  * usage: cyclone_client DOMAIN CELL TASK [cancel|dispose]
- * Waits for a daemon, sends a request, prints a line per stage, ends at the outcome. At the second
+ * Waits for a daemon that is ready, sends a request, prints a line per stage, ends at the outcome. At the second
  * stage it cancels or disposes its request, if asked. */
 #include "dds/dds.h"
 #include "handover.h"
@@ -93,7 +93,9 @@ int main(int argc, char** argv) {
       must(dds_create_writer(participant, request_topic, last, NULL), "request writer");
 
   static handover_msg_DaemonStatus status;
-  if (!take(statuses, &status)) return 13;
+  do {
+    if (!take(statuses, &status)) return 13;
+  } while (status.state == handover_msg_DAEMON_PREPARING);
   printf("status version %u state %d cell %s revision %llu\n", status.version, (int)status.state,
          status.cells._buffer[0].name, (unsigned long long)status.cells._buffer[0].scene_revision);
 
