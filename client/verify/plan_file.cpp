@@ -2,6 +2,7 @@
 #include "verify/plan_file.hpp"
 
 #include "verify/find_by_name.hpp"
+#include "verify/input_file.hpp"
 #include "verify/unreadable.hpp"
 
 #include <nlohmann/json.hpp>
@@ -9,8 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
-#include <iterator>
 #include <set>
 
 namespace handover::verify {
@@ -19,7 +18,7 @@ namespace {
 using Json = nlohmann::json;
 
 // Bounds far above any plan of ours: they keep a hostile file from taking the machine's memory.
-constexpr std::uintmax_t kMaxFileBytes = 256u << 20;
+constexpr std::uint64_t kMaxFileBytes = 256u << 20;
 constexpr std::size_t kMaxNameLength = 256;
 constexpr std::size_t kMaxRobots = 16;
 constexpr std::size_t kMaxObjects = 1000;
@@ -415,17 +414,7 @@ Plan parsePlan(std::string_view text) {
 }
 
 Plan readPlan(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) {
-    throw Unreadable(file.string(), "no such file");
-  }
-  if (std::filesystem::file_size(file, error) > kMaxFileBytes || error) {
-    throw Unreadable(file.string(), "too large");
-  }
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw Unreadable(file.string(), "cannot be opened");
-  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  return parsePlan(text);
+  return parsePlan(readFile(file, kMaxFileBytes));
 }
 
 }  // namespace handover::verify

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "verify/scene.hpp"
 
+#include "verify/input_file.hpp"
 #include "verify/sha256.hpp"
 #include "verify/unreadable.hpp"
 
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <set>
 
@@ -14,13 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string readFile(const fs::path& file) {
-  std::error_code error;
-  if (!fs::is_regular_file(file, error)) throw Unreadable(file.string(), "no such file");
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw Unreadable(file.string(), "cannot be opened");
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
+constexpr std::uint64_t kMaxUrdfBytes = 64u << 20;
 
 /// The file that a URDF's mesh name means: package://NAME/REST is looked for below the root with
 /// and without NAME and beside the URDF's own folders; other names are relative to the URDF.
@@ -56,8 +49,7 @@ class MeshStore {
     const Key key{file.string(), {scale.x(), scale.y(), scale.z()}};
     const auto found = meshes_.find(key);
     if (found != meshes_.end()) return found->second;
-    std::error_code error;
-    if (!fs::is_regular_file(file, error)) throw Unreadable(file.string(), "no such file");
+    requireFile(file);
     return meshes_.emplace(key, readMesh(file, scale)).first->second;
   }
 
@@ -170,7 +162,7 @@ Scene loadScene(Plan plan, const fs::path& root, Report& report) {
   Scene scene;
   scene.plan = std::move(plan);
   for (const PlanRobot& entry : scene.plan.robots) {
-    const std::string hash = sha256(readFile(root / entry.urdf));
+    const std::string hash = sha256(readFile(root / entry.urdf, kMaxUrdfBytes));
     if (hash == entry.urdf_sha256) continue;
     report.violations.push_back(
         {"",

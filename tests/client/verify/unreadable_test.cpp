@@ -97,6 +97,12 @@ INSTANTIATE_TEST_SUITE_P(
                    {"type", "mesh"}, {"path", "robots/none.obj"}, {"scale", {1, 1, 1}}};
              },
              "none.obj: no such file"},
+        Case{"MeshIsAFolder",
+             [](Json& f) {
+               object(f, "post")["geometry"] = {
+                   {"type", "mesh"}, {"path", "robots/gantry"}, {"scale", {1, 1, 1}}};
+             },
+             "gantry: is a folder"},
         Case{"MeshIsNone",
              [](Json& f) {
                object(f, "post")["geometry"] = {
