@@ -29,6 +29,7 @@ function(handover_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(handover_${name} STATIC ${arg_SOURCES})
   add_library(handover::${name} ALIAS handover_${name})
+  target_compile_features(handover_${name} PUBLIC cxx_std_20)
   set_target_properties(handover_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
   target_link_libraries(
     handover_${name}

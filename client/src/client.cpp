@@ -5,6 +5,7 @@
 
 #include <handover/client/client.hpp>
 #include <handover/common/check.hpp>
+#include <handover/common/domain.hpp>
 
 #include <algorithm>
 #include <condition_variable>
@@ -23,6 +24,14 @@ using Code = ClientError::Code;
 
 /// A little more than the period at which participants announce themselves.
 constexpr std::chrono::milliseconds kAnnouncements{300};
+
+int domainOf(const ClientOptions& options) {
+  if (options.domain) return *options.domain;
+  const std::string text = environmentDomain().value_or("0");
+  if (const auto domain = parseDomain(text)) return *domain;
+  throw std::invalid_argument("HANDOVER_DOMAIN '" + text + "' is not a number from 0 to " +
+                              std::to_string(kMaxDomain));
+}
 
 std::string randomClientId() { return "client-" + RequestId::random().hex().substr(0, 12); }
 
@@ -55,6 +64,7 @@ struct Client::Impl {
   };
 
   const ClientOptions options;
+  const int domain;
   const std::string client_id;
 
   std::mutex mutex;  // guards all below but the entities
@@ -77,8 +87,9 @@ struct Client::Impl {
 
   explicit Impl(const ClientOptions& given)
       : options(given),
+        domain(domainOf(given)),
         client_id(given.client_id.empty() ? randomClientId() : given.client_id),
-        participant({.domain = given.domain, .name = "handover client", .on_writer = {}}),
+        participant({.domain = domain, .name = "handover client", .on_writer = {}}),
         requests(participant,
                  {.user_data = client_id, .on_match = [this](const auto&) { touch(); }}),
         cancels(participant, {.on_match = [this](const auto&) { touch(); }}),
@@ -147,7 +158,7 @@ struct Client::Impl {
       return !known_daemons.empty() && requests.matched() > 0 && cancels.matched() > 0;
     });
     if (!there) {
-      throw ClientError(Code::kNoDaemon, "no daemon in domain " + std::to_string(options.domain));
+      throw ClientError(Code::kNoDaemon, "no daemon in domain " + std::to_string(domain));
     }
     // The daemon makes our stage writer as soon as it sees our request writer. One that does not
     // know us makes it with the first request; its stages wait for us then.

@@ -9,6 +9,7 @@
 #include <functional>
 #include <future>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -16,8 +17,8 @@
 namespace handover::client {
 
 struct ClientOptions {
-  int domain = 0;         ///< DDS domain, 0..232
-  std::string client_id;  ///< [a-z0-9_-]{1,64}; empty: a random one
+  std::optional<int> domain;  ///< DDS domain, 0..232; none: HANDOVER_DOMAIN, else 0
+  std::string client_id;      ///< [a-z0-9_-]{1,64}; empty: a random one
   /// For a daemon to show up, to take a request, and to come back after it was lost.
   std::chrono::milliseconds wait{5000};
 };
@@ -65,7 +66,7 @@ class PlanHandle {
 /// A participant of one domain with a thread that delivers callbacks. Safe from any thread.
 class Client {
  public:
-  /// @throws ClientError (kDds); std::invalid_argument for a bad client id.
+  /// @throws ClientError (kDds); std::invalid_argument for a bad client id or HANDOVER_DOMAIN.
   explicit Client(const ClientOptions& options = {});
   /// Open requests are cancelled by the daemon when their client is gone.
   ~Client();
