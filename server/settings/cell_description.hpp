@@ -48,6 +48,7 @@ struct ObjectDescription {
 struct TaskDescription {
   std::string name, object, giver, receiver;
   std::optional<FramedPose> start;
+  std::optional<std::vector<std::string>> start_rest;
   FramedPose goal;
   std::optional<std::vector<std::string>> goal_rest;
 };

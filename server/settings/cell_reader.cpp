@@ -264,6 +264,7 @@ TaskDescription readTask(const std::string& name, const YamlValue& value) {
   task.giver = requiredName(*map, "giver");
   task.receiver = requiredName(*map, "receiver");
   if (const YamlValue* start = map->find("start")) task.start = readFramedPose(*start);
+  if (map->find("start_rest") != nullptr) task.start_rest = optionalTexts(*map, "start_rest");
   if (const YamlValue* goal = map->require("goal")) task.goal = readFramedPose(*goal);
   if (map->find("goal_rest") != nullptr) task.goal_rest = optionalTexts(*map, "goal_rest");
   map->finish();

@@ -303,7 +303,7 @@ class SceneResolver {
     task.X_WO_start = scene().objects[static_cast<std::size_t>(object)].X_WO;
     if (description.start) place(*description.start, description, path + ".start", task.X_WO_start);
     place(description.goal, description, path + ".goal", task.X_WO_goal);
-    addGoalRest(description, path, task);
+    addRests(description, path, task);
     out_.tasks.push_back(std::move(task));
   }
 
@@ -329,17 +329,30 @@ class SceneResolver {
     if (const auto placed = inWorld(pose, path)) X_WO = *placed;
   }
 
-  void addGoalRest(const TaskDescription& description, const std::string& path, SceneTask& task) {
-    if (description.goal_rest) {
-      for (const std::string& name : *description.goal_rest) {
-        if (objectNamed(name, path + ".goal_rest") < 0) continue;
-        if (name == description.object) report_.add(path + ".goal_rest", "rests on itself");
-        task.goal_rest.push_back(name);
-      }
-      return;
+  /// By default an object rests on the one whose frame its start or goal is given in.
+  void addRests(const TaskDescription& task, const std::string& path, SceneTask& out) {
+    const auto isObject = [&](const std::string& frame) { return scene().findObject(frame) >= 0; };
+    if (task.start_rest) {
+      out.start_rest = restsOf(*task.start_rest, task, path + ".start_rest");
+    } else if (task.start && isObject(task.start->frame)) {
+      out.start_rest = {task.start->frame};
     }
-    const std::string& frame = description.goal.frame;
-    if (scene().findObject(frame) >= 0) task.goal_rest.push_back(frame);
+    if (task.goal_rest) {
+      out.goal_rest = restsOf(*task.goal_rest, task, path + ".goal_rest");
+    } else if (isObject(task.goal.frame)) {
+      out.goal_rest = {task.goal.frame};
+    }
+  }
+
+  std::vector<std::string> restsOf(const std::vector<std::string>& names,
+                                   const TaskDescription& task, const std::string& path) {
+    std::vector<std::string> rests;
+    for (const std::string& name : names) {
+      if (objectNamed(name, path) < 0) continue;
+      if (name == task.object) report_.add(path, "rests on itself");
+      rests.push_back(name);
+    }
+    return rests;
   }
 
   const CellDescription& cell_;

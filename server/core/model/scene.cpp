@@ -94,9 +94,12 @@ std::shared_ptr<const Scene> startOf(const std::shared_ptr<const Scene>& scene,
   const int object = scene->findObject(task.object);
   if (object < 0) return scene;
   const auto index = static_cast<std::size_t>(object);
-  if (scene->objects[index].X_WO.matrix() == task.X_WO_start.matrix()) return scene;
+  const SceneObject& stands = scene->objects[index];
+  const auto& rest = task.start_rest ? *task.start_rest : stands.resting;
+  if (stands.X_WO.matrix() == task.X_WO_start.matrix() && stands.resting == rest) return scene;
   auto moved = std::make_shared<Scene>(*scene);
   moved->objects[index].X_WO = task.X_WO_start;
+  moved->objects[index].resting = rest;
   return moved;
 }
 

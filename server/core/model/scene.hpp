@@ -46,6 +46,8 @@ struct SceneTask {
   std::string name, object, giver, receiver;
   Pose X_WO_start = Pose::Identity();
   Pose X_WO_goal = Pose::Identity();
+  /// What the object rests on at its start, where the task says so; else what the scene says.
+  std::optional<std::vector<std::string>> start_rest;
   /// What the object rests on at its goal (may be touched while placing): objects' names.
   std::vector<std::string> goal_rest;
 };
@@ -61,8 +63,8 @@ struct Scene {
   int findObject(std::string_view object) const;
 };
 
-/// The scene as a task starts: its object at X_WO_start. The same scene when it stands there
-/// already.
+/// The scene as a task starts: its object at X_WO_start, on start_rest. The same scene when it
+/// stands there already.
 std::shared_ptr<const Scene> startOf(const std::shared_ptr<const Scene>& scene,
                                      const SceneTask& task);
 
