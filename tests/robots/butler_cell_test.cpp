@@ -101,7 +101,7 @@ TEST_F(ButlerCell, PinchesTheTrayFromBothSides) {
 
 TEST_F(ButlerCell, HasTheCupUpsideDownAtTheStartAndUprightOnTheTrayAtTheGoal) {
   const Cell::Instance butler = instance();
-  ASSERT_EQ(butler.tasks.size(), 1u);
+  ASSERT_EQ(butler.tasks.size(), 2u);
   const SceneTask& serve = butler.tasks[0];
   EXPECT_EQ(serve.object, "cup");
   EXPECT_LT((serve.X_WO_start.translation() - Eigen::Vector3d(-0.20, -0.70, 0.903)).norm(), 1e-9);
@@ -111,6 +111,23 @@ TEST_F(ButlerCell, HasTheCupUpsideDownAtTheStartAndUprightOnTheTrayAtTheGoal) {
       serve.X_WO_goal.translation() - poseOf(*butler.scene, "tray").translation();
   EXPECT_LT((above - Eigen::Vector3d(0, 0, 0.077)).norm(), 1e-5);
   EXPECT_EQ(serve.goal_rest, std::vector<std::string>{"tray"});
+}
+
+TEST_F(ButlerCell, ReturnsTheCupFromTheTrayToWhereItWasServedFrom) {
+  const Cell::Instance butler = instance();
+  const SceneTask& serve = butler.tasks.at(0);
+  const SceneTask& back = butler.tasks.at(1);
+  EXPECT_EQ(back.name, "return");
+  EXPECT_EQ(back.giver, "hubo");
+  EXPECT_EQ(back.receiver, "crichton");
+  EXPECT_EQ(back.X_WO_start.matrix(), serve.X_WO_goal.matrix());
+  EXPECT_EQ(back.X_WO_goal.matrix(), serve.X_WO_start.matrix());
+  EXPECT_EQ(back.start_rest, serve.goal_rest);
+  EXPECT_EQ(back.goal_rest, std::vector<std::string>{"cart_left"});
+  const Scene start = *startOf(butler.scene, back);
+  EXPECT_EQ(start.objects.at(static_cast<std::size_t>(start.findObject("cup"))).resting,
+            std::vector<std::string>{"tray"});
+  for (const std::string& pair : touching(start)) ADD_FAILURE() << pair;
 }
 
 TEST_F(ButlerCell, WouldShowACupInTheWay) {

@@ -69,6 +69,22 @@ TEST_F(Butler, PlanIsCompleteAndVerified) {
   stop();
 }
 
+TEST_F(Butler, CupGoesBackFromTheTrayToTheCart) {
+  serve(1);
+  const Finished planned = plan("r.json", "--task return");
+  ASSERT_EQ(planned.status, 0) << planned.out << planned.err;
+  const auto document = nlohmann::json::parse(textOf(file("r.json")));
+  EXPECT_EQ(document["plan"]["giver_arm"], "left");
+  for (const auto& object : document["plan"]["objects"]) {
+    if (object["name"] == "cup") {
+      EXPECT_EQ(object["resting"], nlohmann::json({"tray"}));
+    }
+  }
+  const Finished verified = run({kBin + "handover-verify", file("r.json")}, {}, 120s);
+  EXPECT_EQ(verified.status, 0) << verified.out;
+  stop();
+}
+
 TEST_F(Butler, PlanIsTheSameForAnyThreadsAloneOrAmongOthers) {
   serve(1);
   ASSERT_EQ(plan("alone.json").status, 0);

@@ -320,6 +320,26 @@ PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp
 
 // ---- motions
 
+std::optional<FeasibleGrasp> ExchangePlanner::reachable(const Pose& X_WH,
+                                                        const FeasibleGrasp& receive) {
+  const Grasp& grasp = graspOf(receiver_, receive);
+  const auto robot = static_cast<std::size_t>(receiver_.robot);
+  CellState open = start_;
+  open.X_WO = X_WH;
+  open.q[robot] = receiver_.withFingers(std::move(open.q[robot]), grasp.open);
+  StateChecker checker = checkers_.make(open, receiver_, receiver_.arm_model->dofs, {});
+  FeasibleGrasp found = receive;
+  found.configurations.clear();
+  for (const ArmVector& q : receive.configurations) {
+    if (found.configurations.size() >= budget_.configurations) break;
+    if (checker.valid(q) && backOff(receiver_, q, X_WH * grasp.X_OT, checker)) {
+      found.configurations.push_back(q);
+    }
+  }
+  if (found.configurations.empty()) return std::nullopt;
+  return found;
+}
+
 const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(
     const FeasibleGrasp& pick) {
   const auto [entry, fresh] = picks_.try_emplace(pick.grasp);

@@ -74,6 +74,10 @@ class ExchangePlanner {
   /// Whether the receiver can put the object down with this grasp and leave.
   bool canPlace(const FeasibleGrasp& place) { return placeMotion(place).has_value(); }
 
+  /// The receiver's grasp at the handover with those of its configurations alone that can be come
+  /// to straight, the giver out of the way; nullopt: none.
+  std::optional<FeasibleGrasp> reachable(const Pose& X_WH, const FeasibleGrasp& receive);
+
   /// All motions of a tuple, or the stage at which none was found.
   struct Failure {
     std::string at;  ///< a stage's name or kHands

@@ -233,14 +233,21 @@ bool HandoverSearch::tryTuples(Pairing& pairing, std::vector<HandoverTuple> tupl
                      return std::pair(a.place.manipulability, a.give.manipulability) >
                             std::pair(b.place.manipulability, b.give.manipulability);
                    });
+  if (tuples.empty()) return false;
+  // The tuples of a pose share g_r: where it cannot be placed or come to, none of them can.
+  if (!pairing.exchange->canPlace(tuples.front().place)) {
+    motion_rejects_.add(toString(StageKind::kReceiverPlace));
+    return false;
+  }
+  const auto receive = pairing.exchange->reachable(tuples.front().X_WH, tuples.front().receive);
+  if (!receive) {
+    motion_rejects_.add(toString(StageKind::kReceiverApproach));
+    return false;
+  }
   std::size_t searched = 0;
   for (std::size_t i = 0; i < tuples.size() && searched < most && !spent(); ++i) {
     checkDeadline();
-    // The tuples of a pose share g_r: where it cannot be placed, none of them can.
-    if (!pairing.exchange->canPlace(tuples[i].place)) {
-      motion_rejects_.add(toString(StageKind::kReceiverPlace));
-      return false;
-    }
+    tuples[i].receive = *receive;
     const auto connected = pairing.exchange->connect(tuples[i]);
     checkDeadline();
     if (const auto* failure = std::get_if<ExchangePlanner::Failure>(&connected)) {

@@ -52,6 +52,7 @@ TEST(Cell, ResolvesRobotsObjectsAndTasksIntoTheWorld) {
   const SceneTask& serve = instance.tasks[0];
   EXPECT_EQ(serve.X_WO_start.matrix(), cup.X_WO.matrix());
   EXPECT_TRUE(serve.X_WO_goal.translation().isApprox(Eigen::Vector3d(1.7, 0, 0.535), 1e-12));
+  EXPECT_FALSE(serve.start_rest);
   EXPECT_THAT(serve.goal_rest, ElementsAre("tray"));
   const SceneTask& fetch = instance.tasks[1];
   EXPECT_EQ(fetch.X_WO_start.translation(), Eigen::Vector3d(1.5, 0, 0.5));
@@ -59,6 +60,19 @@ TEST(Cell, ResolvesRobotsObjectsAndTasksIntoTheWorld) {
   EXPECT_NEAR(fetch.X_WO_goal.translation().z(), 1.5, 1e-12);
   EXPECT_TRUE((fetch.X_WO_goal.linear() * Eigen::Vector3d::UnitZ())
                   .isApprox(-Eigen::Vector3d::UnitZ(), 1e-12));
+}
+
+TEST(Cell, LetsAnObjectStartOnWhatItsTaskSays) {
+  const auto restOf = [](const std::string& start) {
+    const TinyRoot root;
+    const Cell cell = root.load(with(kTinyCell, "start: {xyz: [1.5, 0, 0.5]}", start));
+    return instanceOf(cell).tasks[1].start_rest;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(restOf("start: {xyz: [1.5, 0, 0.5]}"), std::nullopt);
+  EXPECT_EQ(restOf("start: {frame: tray, xyz: [0, 0, 0.035]}"), Names{"tray"});
+  EXPECT_EQ(restOf("start_rest: [floor, tray]"), (Names{"floor", "tray"}));
+  EXPECT_EQ(restOf("start: {frame: tray, xyz: [0, 0, 0.035]}\n    start_rest: []"), Names{});
 }
 
 TEST(Cell, SharesModelsAlreadyLoaded) {
@@ -193,6 +207,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "28: tasks.serve: has no 'goal'"},
         BadCell{"task_own_frame", "goal: {frame: tray", "goal: {frame: cup",
                 "32: tasks.serve.goal.frame: is the task's own object"},
+        BadCell{"start_rest", "goal_rest: [table]", "start_rest: [desk]",
+                "39: tasks.fetch.start_rest: no object 'desk' in this cell"},
         BadCell{"goal_rest", "goal_rest: [table]", "goal_rest: [cup]",
                 "39: tasks.fetch.goal_rest: rests on itself"},
         BadCell{"vary_path", "robots.right.base.xyz: {range", "robots.rigth.base.xyz: {range",

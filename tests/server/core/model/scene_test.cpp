@@ -194,6 +194,9 @@ TEST(StartOf, MovesTheObjectOnlyWhenItStandsElsewhere) {
   const auto moved = startOf(scene, given.task);
   EXPECT_EQ(moved->objects[1].X_WO.translation(), Eigen::Vector3d(3, 2, 1));
   EXPECT_EQ(scene->objects[1].X_WO.translation(), Eigen::Vector3d(1, 0, 0));
+  EXPECT_EQ(moved->objects[1].resting, scene->objects[1].resting);
+  given.task.start_rest = {"shelf"};
+  EXPECT_EQ(startOf(scene, given.task)->objects[1].resting, std::vector<std::string>{"shelf"});
 }
 
 }  // namespace
