@@ -1,38 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // The butler over the wire, by the real programs: planned, verified, the same every time.
-#include "process.hpp"
-#include "temporary_folder.hpp"
+#include "served_cells.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <signal.h>
-
-#include <memory>
 
 namespace handover::test {
 namespace {
 
 using testing::HasSubstr;
 
-const std::string kBin = HANDOVER_BINARY_DIR "/bin/";
-
-class Butler : public testing::Test {
+class Butler : public ServedCells {
  protected:
-  /// Starts the daemon and waits until it answers.
-  void serve(int threads) {
-    daemon_ = std::make_unique<Process>(
-        words(kBin + "handoverd serve --cell butler --root " HANDOVER_SOURCE_DIR " --domain " +
-              std::to_string(domain_) + " --threads " + std::to_string(threads)),
-        std::vector<std::string>{"XDG_CACHE_HOME=" HANDOVER_BINARY_DIR "/test-cache"});
-    ASSERT_EQ(run(ctl("status --wait 20")).status, 0) << daemon_->err();
-  }
-
-  std::vector<std::string> ctl(const std::string& arguments) const {
-    return words(kBin + "handoverctl " + arguments + " --domain " + std::to_string(domain_));
-  }
-
-  std::string file(const std::string& name) const { return (folder_ / name).string(); }
+  void serve(int threads) { ServedCells::serve("--cell butler", HANDOVER_SOURCE_DIR, threads); }
 
   Finished plan(const std::string& output, const std::string& more = "") const {
     return run(ctl("plan --cell butler --output " + file(output) + " " + more), {}, 240s);
@@ -44,15 +25,6 @@ class Butler : public testing::Test {
     const auto begin = text.find("\"plan\":"), end = text.find("\"complete\":");
     return begin < end && end != std::string::npos ? text.substr(begin, end - begin) : "";
   }
-
-  void stop() {
-    daemon_->signal(SIGTERM);
-    EXPECT_EQ(daemon_->wait(), 0);
-  }
-
-  const int domain_ = freeDomain();
-  TemporaryFolder folder_;
-  std::unique_ptr<Process> daemon_;
 };
 
 TEST_F(Butler, PlanIsCompleteAndVerified) {
@@ -64,7 +36,7 @@ TEST_F(Butler, PlanIsCompleteAndVerified) {
   EXPECT_EQ(document["complete"], true);
   EXPECT_EQ(document["plan"]["stages"].size(), 14u);
   EXPECT_EQ(document["plan"]["receiver_arm"], "left");
-  const Finished verified = run({kBin + "handover-verify", file("p.json")}, {}, 120s);
+  const Finished verified = verify("p.json");
   EXPECT_EQ(verified.status, 0) << verified.out;
   stop();
 }
@@ -80,7 +52,7 @@ TEST_F(Butler, CupGoesBackFromTheTrayToTheCart) {
       EXPECT_EQ(object["resting"], nlohmann::json({"tray"}));
     }
   }
-  const Finished verified = run({kBin + "handover-verify", file("r.json")}, {}, 120s);
+  const Finished verified = verify("r.json");
   EXPECT_EQ(verified.status, 0) << verified.out;
   stop();
 }

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Arms that the planner was not made for, as giver and receiver: six joints, seven with offsets,
+// sliding fingers, no group states, no disabled pairs. By the real programs, like the butler.
+#include "served_cells.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace handover::test {
+namespace {
+
+const std::string kRoot = HANDOVER_SOURCE_DIR "/tests/support";
+
+struct Task {
+  const char* cell;
+  const char* task;
+  const char* giver;
+  int giver_joints;
+  const char* receiver;
+  int receiver_joints;
+};
+
+std::ostream& operator<<(std::ostream& out, const Task& task) {
+  return out << task.cell << ' ' << task.task;
+}
+
+class OtherArms : public ServedCells, public testing::WithParamInterface<Task> {};
+
+INSTANTIATE_TEST_SUITE_P(System, OtherArms,
+                         testing::Values(Task{"exchange", "to_iiwa", "ur", 6, "iiwa", 7},
+                                         Task{"exchange", "to_ur", "iiwa", 7, "ur", 6},
+                                         Task{"offset", "to_panda", "ur", 6, "panda", 7},
+                                         Task{"offset", "to_ur", "panda", 7, "ur", 6}),
+                         [](const auto& shown) {
+                           return std::string(shown.param.giver) + "_" + shown.param.receiver;
+                         });
+
+TEST_P(OtherArms, PlanIsCompleteAndVerified) {
+  const Task& task = GetParam();
+  serve("--cell " + kRoot + "/config/cells/" + task.cell + ".yaml", kRoot);
+  const Finished planned = run(ctl(std::string("plan --cell ") + task.cell + " --task " +
+                                   task.task + " --output " + file("p.json")),
+                               {}, 240s);
+  ASSERT_EQ(planned.status, 0) << planned.out << planned.err;
+
+  const auto plan = nlohmann::json::parse(textOf(file("p.json")))["plan"];
+  EXPECT_EQ(plan["giver"], task.giver);
+  EXPECT_EQ(plan["receiver"], task.receiver);
+  ASSERT_EQ(plan["stages"].size(), 14u);
+  for (const auto& stage : plan["stages"]) {
+    const std::string kind = stage["kind"];
+    const bool fingers = kind.ends_with("_grasp") || kind.ends_with("_release");
+    // Fingers may go with the arm on its way to the object.
+    if (kind.ends_with("_reach")) continue;
+    const int arm = kind.starts_with("giver_") ? task.giver_joints : task.receiver_joints;
+    EXPECT_EQ(stage["joints"].size(), fingers ? 2u : static_cast<std::size_t>(arm)) << kind;
+  }
+
+  const Finished verified = verify("p.json", "--root " + kRoot);
+  EXPECT_EQ(verified.status, 0) << verified.out;
+  stop();
+}
+
+}  // namespace
+}  // namespace handover::test
