@@ -165,6 +165,54 @@ inline RobotModel sixAxisArm() {
       .build();
 }
 
+/// UR5e with the point between the fingers of a gripper as tool, joints of two turns but the elbow
+/// (tests/support/robots has the whole robot and its sources).
+inline RobotModel ur5eArm() {
+  constexpr double kTurn = 2 * M_PI;
+  const Eigen::Vector3d z(0, 0, 1), none(0, 0, 0), up(M_PI / 2, 0, 0), down(-M_PI / 2, 0, 0);
+  return ArmBuilder("ur5e")
+      .revolute(none, none, z, -kTurn, kTurn)
+      .revolute({0, 0, 0.1625}, up, z, -kTurn, kTurn)
+      .revolute({-0.425, 0, 0}, none, z, -M_PI, M_PI)
+      .revolute({-0.3922, 0, 0}, none, z, -kTurn, kTurn)
+      .revolute({0, 0, 0.1333}, up, z, -kTurn, kTurn)
+      .revolute({0, 0, 0.0997}, down, z, -kTurn, kTurn)
+      .fixed({0, 0, 0.0996 + 0.095}, none)
+      .build();
+}
+
+/// iiwa 14 R820 with the point between the fingers of a gripper as tool.
+inline RobotModel iiwa14Arm() {
+  const Eigen::Vector3d z(0, 0, 1), none(0, 0, 0), up(M_PI / 2, 0, 0), down(-M_PI / 2, 0, 0);
+  const double wide = 170 * M_PI / 180, narrow = 120 * M_PI / 180, last = 175 * M_PI / 180;
+  return ArmBuilder("iiwa14")
+      .revolute(none, none, z, -wide, wide)
+      .revolute({0, 0, 0.36}, down, z, -narrow, narrow)
+      .revolute(none, up, z, -wide, wide)
+      .revolute({0, 0, 0.42}, up, z, -narrow, narrow)
+      .revolute(none, down, z, -wide, wide)
+      .revolute({0, 0, 0.4}, down, z, -narrow, narrow)
+      .revolute(none, up, z, -last, last)
+      .fixed({0, 0, 0.126 + 0.11}, none)
+      .build();
+}
+
+/// Panda: seven joints, but an elbow whose axis lies beside both links and a wrist whose axes do
+/// not meet.
+inline RobotModel pandaArm() {
+  const Eigen::Vector3d z(0, 0, 1), none(0, 0, 0), up(M_PI / 2, 0, 0), down(-M_PI / 2, 0, 0);
+  return ArmBuilder("panda")
+      .revolute({0, 0, 0.333}, none, z, -2.8973, 2.8973)
+      .revolute(none, down, z, -1.7628, 1.7628)
+      .revolute({0, -0.316, 0}, up, z, -2.8973, 2.8973)
+      .revolute({0.0825, 0, 0}, up, z, -3.0718, -0.0698)
+      .revolute({-0.0825, 0.384, 0}, down, z, -2.8973, 2.8973)
+      .revolute(none, up, z, -0.0175, 3.7525)
+      .revolute({0.088, 0, 0}, up, z, -2.8973, 2.8973)
+      .fixed({0, 0, 0.107 + 0.095}, none)
+      .build();
+}
+
 /// A sliding base under six turning joints, seven in all.
 inline RobotModel slidingArm() {
   const Eigen::Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1), none(0, 0, 0);

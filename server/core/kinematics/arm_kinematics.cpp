@@ -3,17 +3,17 @@
 
 #include "core/kinematics/chain.hpp"
 #include "core/kinematics/damped_least_squares.hpp"
+#include "core/kinematics/iterative_solver.hpp"
 #include "core/kinematics/srs_solver.hpp"
-#include "core/kinematics/windings.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <stdexcept>
 
 namespace handover {
 
 using kinematics::Chain;
+using kinematics::IterativeSolver;
 using kinematics::SrsSolver;
 
 namespace {
@@ -30,64 +30,14 @@ Eigen::Vector3d shoulderOf(const Chain& chain, const Arm& arm) {
   constexpr double kNear = 0.01;
   if (arm.p_AShoulder) return *arm.p_AShoulder;
   const auto axes = chain.axesAtZero();
-  const bool turning =
-      chain.dofs() >= 3 && !chain.prismatic(0) && !chain.prismatic(1) && !chain.prismatic(2);
-  if (turning) {
-    const auto meeting = kinematics::meetingPoint(axes.data(), 3);
+  for (const int count : {3, 2}) {
+    bool turning = chain.dofs() >= count;
+    for (int i = 0; i < count && turning; ++i) turning = !chain.prismatic(i);
+    if (!turning) continue;
+    const auto meeting = kinematics::meetingPoint(axes.data(), count);
     if (meeting && meeting->distance < kNear) return meeting->point;
   }
   return axes[0].point;
-}
-
-/// Restarts of the iterative search: 53-bit fractions of the generator, the same everywhere.
-class Restarts {
- public:
-  explicit Restarts(const Chain& chain) : chain_(chain) {}
-
-  ArmVector next() {
-    ArmVector q(chain_.dofs());
-    for (int i = 0; i < chain_.dofs(); ++i) {
-      const double fraction = static_cast<double>(generator_() >> 11) * 0x1p-53;
-      q[i] = chain_.lower[i] + fraction * (chain_.upper[i] - chain_.lower[i]);
-    }
-    return q;
-  }
-
- private:
-  const Chain& chain_;
-  std::mt19937_64 generator_{20141118};
-};
-
-bool alreadyFound(const std::vector<ArmVector>& found, const ArmVector& q) {
-  return std::any_of(found.begin(), found.end(), [&](const ArmVector& other) {
-    return (other - q).cwiseAbs().maxCoeff() < 1e-6;
-  });
-}
-
-IkCounts visitIteratively(const Chain& chain, const Pose& X_AT, const IkQuery& query,
-                          const ArmVector& q_near, const ArmKinematics::Take& take) {
-  IkCounts counts;
-  if (X_AT.translation().norm() > chain.reach() + 1e-9) {
-    counts.no_ik = 1;
-    return counts;
-  }
-  Restarts restarts(chain);
-  std::vector<ArmVector> found;
-  const ArmKinematics::Take takeNew = [&](const ArmVector& q) {
-    if (alreadyFound(found, q)) return true;
-    found.push_back(q);
-    ++counts.solutions;
-    return take(q);
-  };
-  for (int k = 0; k < query.swivel_samples; ++k) {
-    ArmVector q = k == 0 ? q_near.cwiseMax(chain.lower).cwiseMin(chain.upper) : restarts.next();
-    if (!kinematics::descend(chain, X_AT, q)) {
-      ++counts.no_ik;
-    } else if (!kinematics::takeCopies(chain, query, q_near, q, takeNew).go_on) {
-      break;
-    }
-  }
-  return counts;
 }
 
 }  // namespace
@@ -95,6 +45,7 @@ IkCounts visitIteratively(const Chain& chain, const Pose& X_AT, const IkQuery& q
 struct ArmKinematics::Data {
   Chain chain;
   std::optional<SrsSolver> srs;
+  std::optional<IterativeSolver> iterative;  ///< where there is no closed form
   ArmVector middle;
   Eigen::Vector3d p_AShoulder;
 
@@ -102,7 +53,9 @@ struct ArmKinematics::Data {
       : chain(model, arm),
         srs(SrsSolver::find(chain)),
         middle(0.5 * (chain.lower + chain.upper)),
-        p_AShoulder(shoulderOf(chain, arm)) {}
+        p_AShoulder(shoulderOf(chain, arm)) {
+    if (!srs) iterative.emplace(chain);
+  }
 
   void requireSize(const ArmVector& q) const {
     if (q.size() == chain.dofs()) return;
@@ -180,7 +133,7 @@ IkCounts ArmKinematics::visit(const Pose& X_AT, const IkQuery& query, const Take
     return counts;
   }
   return data_->srs ? data_->srs->visit(data_->chain, X_AT, query, q_near, take)
-                    : visitIteratively(data_->chain, X_AT, query, q_near, take);
+                    : data_->iterative->visit(data_->chain, X_AT, query, q_near, take);
 }
 
 bool ArmKinematics::follow(const Pose& X_AT, const ArmVector& q_near, double max_step,

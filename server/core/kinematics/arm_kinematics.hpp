@@ -59,7 +59,8 @@ class ArmKinematics {
   double manipulability(const ArmVector& q) const;
   /// No configuration within limits puts T farther than this from A's origin [m].
   double reach() const;
-  /// Where the first three axes meet (or the settings' override), in A [m]: the paper's shoulder.
+  /// The paper's shoulder, in A [m]: the settings' override, else where the first three axes meet,
+  /// else where the first two do, else the first joint's origin.
   Eigen::Vector3d shoulder() const;
   /// True when the closed form for spherical-revolute-spherical arms applies.
   bool closedForm() const;
@@ -68,15 +69,16 @@ class ArmKinematics {
   /// Configurations within limits that reach X_AT to 1e-9 in position [m] and rotation [rad],
   /// appended to `out` in an order that depends on the arguments alone. Closed form: every branch
   /// of every swivel angle; the angles in an order of which each beginning is spread evenly. Other
-  /// chains: least squares from q_near and then from swivel_samples - 1 fixed random starts, each
-  /// configuration once. A pose that is not finite has no solution.
+  /// chains: least squares from q_near and then from fixed configurations near the pose, two starts
+  /// for each of swivel_samples, each configuration once (to 0.01 rad or m). A pose that is not
+  /// finite has no solution.
   IkCounts solve(const Pose& X_AT, const IkQuery& query, std::vector<ArmVector>& out) const;
 
   /// True to go on.
   using Take = std::function<bool(const ArmVector&)>;
   /// The same configurations in the same order, each handed over as soon as it is found; ends early
   /// when `take` has had enough, and counts what was looked at until then. The first costs about 1
-  /// us.
+  /// us by the closed form, 20 us by least squares.
   IkCounts visit(const Pose& X_AT, const IkQuery& query, const Take& take) const;
 
   /// The one configuration that continues `q_near` to X_AT (to 1e-9) on the same branch with the

@@ -5,13 +5,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace handover::kinematics {
 namespace {
 
 constexpr int kPolishSteps = 10;
 constexpr int kTrackSteps = 30;
-constexpr int kDescendSteps = 80;
+constexpr int kDescendSteps = 30;  // 99 of 100 that arrive need at most 25
+// Joints with at least this range [rad] turn freely while descending: held at their limits, half of
+// the starts that would go round through the gap between these get stuck there.
+constexpr double kFullTurn = 6.0;
 // Small against the square of every singular value worth using: only keeps the factorisation alive.
 constexpr double kFloor = 1e-13;
 
@@ -85,7 +89,16 @@ bool track(const Chain& chain, const Pose& X_AT, const ArmVector& q_near, ArmVec
 }
 
 bool descend(const Chain& chain, const Pose& X_AT, ArmVector& q) {
+  constexpr double kLongestStep = 1.0;  // rad or m, of any joint
+  constexpr double kSlow = 0.9;         // of the squared error left after a step
+  constexpr int kMostSlow = 3;          // steps in a row
   const int n = chain.dofs();
+  ArmVector lower = chain.lower, upper = chain.upper;
+  for (int i = 0; i < n; ++i) {
+    if (chain.prismatic(i) || upper[i] - lower[i] < kFullTurn) continue;
+    lower[i] = -std::numeric_limits<double>::infinity();
+    upper[i] = std::numeric_limits<double>::infinity();
+  }
   ArmJacobian J;
   Vector6 error = poseError(X_AT, chain.toolPose(q, J));
   double factor = 1e-2;  // damping per squared error
@@ -96,18 +109,20 @@ bool descend(const Chain& chain, const Pose& X_AT, ArmVector& q) {
     // Joints that the gradient pushes into their limit take no part in this step.
     const ArmVector gradient = J.transpose() * error;
     for (int i = 0; i < n; ++i) {
-      const bool pushed = (q[i] <= chain.lower[i] && gradient[i] < 0) ||
-                          (q[i] >= chain.upper[i] && gradient[i] > 0);
+      const bool pushed =
+          (q[i] <= lower[i] && gradient[i] < 0) || (q[i] >= upper[i] && gradient[i] > 0);
       if (pushed) J.col(i).setZero();
     }
-    const ArmVector dq = leastStep(J, error, factor * cost + kFloor);
-    const ArmVector next = (q + dq).cwiseMax(chain.lower).cwiseMin(chain.upper);
+    ArmVector dq = leastStep(J, error, factor * cost + kFloor);
+    const double longest = dq.cwiseAbs().maxCoeff();
+    if (longest > kLongestStep) dq *= kLongestStep / longest;
+    const ArmVector next = (q + dq).cwiseMax(lower).cwiseMin(upper);
     ArmJacobian next_J;
     const Vector6 next_error = poseError(X_AT, chain.toolPose(next, next_J));
     const double next_cost = next_error.squaredNorm();
     if (next_cost < cost) {
-      slow = next_cost > 0.98 * cost ? slow + 1 : 0;
-      if (slow > 4) return false;
+      slow = next_cost > kSlow * cost ? slow + 1 : 0;
+      if (slow > kMostSlow) return false;
       q = next;
       J = next_J;
       error = next_error;

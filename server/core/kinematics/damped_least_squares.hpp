@@ -18,7 +18,9 @@ bool polish(const Chain& chain, const Pose& X_AT, ArmVector& q);
 /// q_near; a joint that meets its limit stays there. False if it does not converge.
 bool track(const Chain& chain, const Pose& X_AT, const ArmVector& q_near, ArmVector& q);
 
-/// Levenberg-Marquardt from q with the limits kept. False if it gets stuck.
+/// Levenberg-Marquardt from q. Sliding joints and those that turn through less than a full turn
+/// keep their limits; the others end at any of an angle's copies, which may all lie in what the
+/// limits leave out. False if it gets stuck.
 bool descend(const Chain& chain, const Pose& X_AT, ArmVector& q);
 
 }  // namespace handover::kinematics

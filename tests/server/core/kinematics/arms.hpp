@@ -39,7 +39,10 @@ inline const std::vector<NamedArm> kArms = {
     {"HuboLeft", huboLeftArm, true},
     {"HuboRight", huboRightArm, true},
     {"Skew", skewSrsArm, true},
+    {"Iiwa14", iiwa14Arm, true},
     {"Six", sixAxisArm, false},
+    {"Ur5e", ur5eArm, false},
+    {"Panda", pandaArm, false},
     {"Sliding", slidingArm, false},
     {"Planar", planarArm, false},
 };

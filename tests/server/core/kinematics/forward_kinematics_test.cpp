@@ -136,9 +136,14 @@ TEST(ArmKinematics, FindsTheShoulderWhereTheFirstThreeAxesMeet) {
       0, 1e-12);
 }
 
-TEST(ArmKinematics, TakesTheFirstJointAsShoulderWhereNoAxesMeet) {
+TEST(ArmKinematics, TakesAsShoulderWhereTheFirstTwoAxesMeetIfThreeDoNot) {
   EXPECT_NEAR((ArmKinematics(sixAxisArm(), 0).shoulder() - Eigen::Vector3d(0, 0, 0.0892)).norm(), 0,
               1e-12);
+  EXPECT_NEAR((ArmKinematics(ur5eArm(), 0).shoulder() - Eigen::Vector3d(0, 0, 0.1625)).norm(), 0,
+              1e-12);
+}
+
+TEST(ArmKinematics, TakesTheFirstJointAsShoulderWhereNoAxesMeet) {
   EXPECT_NEAR(ArmKinematics(planarArm(), 0).shoulder().norm(), 0, 1e-12);
 }
 
