@@ -24,7 +24,7 @@ struct FramedPose {
 
 struct RobotDescription {
   std::string name, model, posture;
-  Pose X_WB = Pose::Identity();
+  FramedPose base;  ///< of the root link
   std::map<std::string, double> joints;
   std::vector<std::pair<std::string, Pose>> tools;  ///< arm, X_BT in the root link's frame
   std::vector<NamePair> resting;                    ///< link, object

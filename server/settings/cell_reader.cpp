@@ -110,7 +110,7 @@ RobotDescription readRobot(const std::string& name, const YamlValue& value) {
   auto map = value.map();
   if (!map) return robot;
   if (const YamlValue* model = map->require("model")) robot.model = model->name().value_or("");
-  if (const YamlValue* base = map->require("base")) robot.X_WB = readPose(*base);
+  if (const YamlValue* base = map->require("base")) robot.base = readFramedPose(*base);
   if (const YamlValue* posture = map->find("posture")) {
     robot.posture = posture->text().value_or("");
   }

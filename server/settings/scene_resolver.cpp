@@ -26,7 +26,10 @@ class SceneResolver {
     for (const RobotDescription& robot : cell_.robots) addRobot(robot);
     if (!report_.clean()) return std::move(out_);  // poses stand on the robots
     for (const ObjectDescription& object : cell_.objects) addObject(object);
-    states_.assign(cell_.objects.size(), State::kOpen);
+    robot_states_.assign(cell_.robots.size(), State::kOpen);
+    object_states_.assign(cell_.objects.size(), State::kOpen);
+    X_WL_.resize(cell_.robots.size());
+    for (std::size_t i = 0; i < cell_.robots.size(); ++i) placeRobot(i);
     for (std::size_t i = 0; i < cell_.objects.size(); ++i) placeObject(i);
     for (const RobotDescription& robot : cell_.robots) addRobotResting(robot);
     for (const TaskDescription& task : cell_.tasks) addTask(task);
@@ -75,7 +78,6 @@ class SceneResolver {
     const std::string path = "robots." + description.name;
     SceneRobot robot;
     robot.name = description.name;
-    robot.X_WB = description.X_WB;
     const auto model = models_.find(description.model);
     if (model == models_.end()) {
       return report_.add(path + ".model",
@@ -85,9 +87,6 @@ class SceneResolver {
     robot.q_start = posture(description, *robot.model, path);
     setJoints(description, path + ".joints", robot);
     for (const auto& [arm, X_BT] : description.tools) setTool(arm, X_BT, path, robot);
-    std::vector<Pose> poses;
-    linkPoses(*robot.model, robot.X_WB, robot.q_start, poses);
-    X_WL_.push_back(std::move(poses));
     scene().robots.push_back(std::move(robot));
   }
 
@@ -234,32 +233,50 @@ class SceneResolver {
     object.grasp_counts = description.grasp_counts;
   }
 
-  /// Brings an object's pose into the world, those that it stands on first; false if it cannot.
-  bool placeObject(std::size_t index) {
-    if (states_[index] == State::kPlaced) return true;
-    const ObjectDescription& description = cell_.objects[index];
-    const std::string path = "objects." + description.name;
-    if (states_[index] == State::kBusy) {
-      report_.add(path + ".pose.frame", "the frames of these objects run in a circle");
-      return false;
-    }
-    states_[index] = State::kBusy;
-    SceneObject& object = scene().objects[index];
-    bool placed = false;
-    if (object.attached_to && object.attached_to->link >= 0) {
-      object.X_WO =
-          linkPose(object.attached_to->robot, object.attached_to->link) * object.attached_to->X_LO;
-      placed = true;
-    } else if (description.pose) {
-      if (const auto X_WO = inWorld(*description.pose, path + ".pose")) {
-        object.X_WO = *X_WO;
-        placed = true;
-      }
-    }
-    states_[index] = State::kPlaced;  // where it failed, the fault is said once
-    return placed;
+  // ---- poses in the world: what a pose is given in is placed first
+
+  /// False, with the fault said once, if the robot cannot be placed.
+  bool placeRobot(std::size_t index) {
+    if (robot_states_[index] == State::kPlaced) return true;
+    const RobotDescription& description = cell_.robots[index];
+    const std::string path = "robots." + description.name + ".base";
+    if (robot_states_[index] == State::kBusy) return inACircle(path);
+    robot_states_[index] = State::kBusy;
+    SceneRobot& robot = scene().robots[index];
+    const auto X_WB = inWorld(description.base, path);
+    robot.X_WB = X_WB.value_or(Pose::Identity());
+    linkPoses(*robot.model, robot.X_WB, robot.q_start, X_WL_[index]);
+    robot_states_[index] = State::kPlaced;
+    return X_WB.has_value();
   }
 
+  bool placeObject(std::size_t index) {
+    if (object_states_[index] == State::kPlaced) return true;
+    const ObjectDescription& description = cell_.objects[index];
+    const std::string path = "objects." + description.name;
+    if (object_states_[index] == State::kBusy) return inACircle(path + ".pose");
+    object_states_[index] = State::kBusy;
+    SceneObject& object = scene().objects[index];
+    std::optional<Pose> X_WO;
+    if (object.attached_to && object.attached_to->link >= 0) {
+      if (placeRobot(static_cast<std::size_t>(object.attached_to->robot))) {
+        X_WO = linkPose(object.attached_to->robot, object.attached_to->link) *
+               object.attached_to->X_LO;
+      }
+    } else if (description.pose) {
+      X_WO = inWorld(*description.pose, path + ".pose");
+    }
+    object.X_WO = X_WO.value_or(Pose::Identity());
+    object_states_[index] = State::kPlaced;
+    return X_WO.has_value();
+  }
+
+  bool inACircle(const std::string& path) {
+    report_.add(path + ".frame", "this frame stands on what it carries");
+    return false;
+  }
+
+  /// @pre the robot is placed.
   const Pose& linkPose(int robot, int link) const {
     return X_WL_[static_cast<std::size_t>(robot)][static_cast<std::size_t>(link)];
   }
@@ -278,6 +295,7 @@ class SceneResolver {
                   "'" + pose.frame + "' is neither world, an object, a robot nor robot/link");
       return std::nullopt;
     }
+    if (!placeRobot(static_cast<std::size_t>(robot))) return std::nullopt;
     if (slash == std::string::npos) return linkPose(robot, 0) * pose.X_FO;
     const RobotModel& model = *scene().robots[static_cast<std::size_t>(robot)].model;
     const int link = linkNamed(model, pose.frame.substr(slash + 1), path + ".frame");
@@ -362,7 +380,7 @@ class SceneResolver {
   YamlReport& report_;
   ResolvedCell out_;
   std::vector<std::vector<Pose>> X_WL_;  ///< per robot, per link
-  std::vector<State> states_;            ///< per object
+  std::vector<State> robot_states_, object_states_;
 };
 
 }  // namespace

@@ -56,6 +56,18 @@ TEST_F(Overrides, MayAddKeysThatTheFileLeftOut) {
   EXPECT_EQ(instance.tasks[0].X_WO_start.translation(), Eigen::Vector3d(1, 1, 1));
 }
 
+TEST_F(Overrides, MoveARobotWithWhatItStandsOn) {
+  const Cell::Instance instance = apply({{"robots.right.base", "{frame: table, xyz: [0, 0.5, 0]}"},
+                                         {"objects.table.pose.xyz", "[1, 2, 0.25]"}});
+  // The table is turned by 90 degrees; the tray is in the robot's hand.
+  EXPECT_TRUE(
+      instance.scene->robots[1].X_WB.translation().isApprox(Eigen::Vector3d(0.5, 2, 0.25), 1e-12));
+  const int tray = instance.scene->findObject("tray");
+  EXPECT_TRUE(instance.scene->objects[static_cast<std::size_t>(tray)].X_WO.translation().isApprox(
+      Eigen::Vector3d(0.5, 2.3, 0.75), 1e-12))
+      << instance.scene->objects[static_cast<std::size_t>(tray)].X_WO.translation();
+}
+
 TEST_F(Overrides, ApplyInTheirOrder) {
   EXPECT_EQ(apply({{"robots.left.joints.reach", "0.2"}, {"robots.left.joints.reach", "0.3"}})
                 .scene->robots[0]
