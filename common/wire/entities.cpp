@@ -49,6 +49,8 @@ constexpr int kStagesPerRequest = 4096;
 constexpr int kRequestsPerClient = 256;
 /// Readers recycle an instance only when it was disposed: room for many that never were.
 constexpr int kReaderInstances = 1 << 18;
+/// What readers set aside for a sample before they know its size.
+constexpr std::uint32_t kPayloadSize = 4096;
 
 dds::TypeSupport makeType(TopicId id) {
   dds::TopicDataType* type = nullptr;
@@ -70,6 +72,8 @@ dds::TypeSupport makeType(TopicId id) {
   // Type information keeps other vendors from matching, type objects crash peers of this version.
   support->auto_fill_type_object(false);
   support->auto_fill_type_information(false);
+  // The generator's largest size is a fiction of up to 20 MB that readers would preallocate.
+  support->m_typeSize = kPayloadSize;
   return support;
 }
 
@@ -128,8 +132,6 @@ void configureTopic(Qos& qos, TopicId topic, int stage_instances, int other_inst
     limits(qos.resource_limits(), other_instances, 1);
   }
   qos.data_sharing().off();
-  // The types' largest size is a fiction of the generator: never preallocate it.
-  qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
 }
 
 /// The partition of a publisher or subscriber; its entities start when they are told to.
@@ -142,6 +144,7 @@ void configureGroup(Qos& qos, const EntityOptions& options) {
 dds::DataWriterQos writerQos(TopicId topic, const std::string& user_data) {
   dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
   configureTopic(qos, topic, kRequestsPerClient, 4096);
+  qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
   qos.reliability().max_blocking_time = {1, 0};
   qos.reliable_writer_qos().times.heartbeatPeriod = {0, 100'000'000};
   // A remote reader with a content filter crashes writers of this version on samples from 8 KB on.
@@ -154,6 +157,9 @@ dds::DataWriterQos writerQos(TopicId topic, const std::string& user_data) {
 dds::DataReaderQos readerQos(TopicId topic) {
   dds::DataReaderQos qos = dds::DATAREADER_QOS_DEFAULT;
   configureTopic(qos, topic, kReaderInstances, kReaderInstances);
+  // Readers of the dynamic policies take no empty payload in this version, as a dispose from
+  // another process is: they wait for it forever, and for all that comes after it.
+  qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   return qos;
 }
 

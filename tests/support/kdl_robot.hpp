@@ -14,6 +14,10 @@ class KdlRobot {
  public:
   explicit KdlRobot(const std::filesystem::path& urdf);
 
+  /// The joints from one link down to another. @throws std::runtime_error when there is no such
+  /// way.
+  KDL::Chain chain(const std::string& base, const std::string& tip) const;
+
   /// Pose of a link in the root link, from the positions of the joints that are no mimics [rad].
   KDL::Frame pose(const std::string& link, const std::map<std::string, double>& q) const;
 

@@ -53,15 +53,20 @@ bool overlapBy(fcl::GJKSolverType solver, const Geometry& a, const Pose& X_WA, c
 
 }  // namespace
 
+Geometry fclGeometry(const Shape& shape) {
+  Geometry geometry = std::visit(ToFcl{}, shape.geometry);
+  geometry->computeLocalAABB();
+  return geometry;
+}
+
 struct FclShape::Data {
   Geometry geometry;
   Pose X_BS;
 };
 
 FclShape::FclShape(const Shape& shape) : data(std::make_unique<Data>()) {
-  data->geometry = std::visit(ToFcl{}, shape.geometry);
+  data->geometry = fclGeometry(shape);
   data->X_BS = shape.X_BS;
-  data->geometry->computeLocalAABB();
   ball_middle = shape.X_BS * data->geometry->aabb_center;
   ball_radius = data->geometry->aabb_radius;
 }

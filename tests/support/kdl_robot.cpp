@@ -77,9 +77,16 @@ KdlRobot::KdlRobot(const std::filesystem::path& urdf) {
   }
 }
 
-KDL::Frame KdlRobot::pose(const std::string& link, const std::map<std::string, double>& q) const {
+KDL::Chain KdlRobot::chain(const std::string& base, const std::string& tip) const {
   KDL::Chain chain;
-  if (!tree_.getChain(root_, link, chain)) throw std::runtime_error("no link " + link);
+  if (!tree_.getChain(base, tip, chain)) {
+    throw std::runtime_error("no chain from " + base + " to " + tip);
+  }
+  return chain;
+}
+
+KDL::Frame KdlRobot::pose(const std::string& link, const std::map<std::string, double>& q) const {
+  const KDL::Chain chain = this->chain(root_, link);
   KDL::JntArray positions(chain.getNrOfJoints());
   unsigned int index = 0;
   for (const KDL::Segment& segment : chain.segments) {

@@ -8,9 +8,18 @@
 
 #include <memory>
 
+namespace fcl {
+template <typename S>
+class CollisionGeometry;
+}
+
 namespace handover::test {
 
-/// FCL behind a pointer: its headers are slow to compile.
+/// The shape in its own frame, as FCL's (fcl::CollisionGeometryd, whose headers are slow to
+/// compile), with its box computed.
+std::shared_ptr<fcl::CollisionGeometry<double>> fclGeometry(const Shape& shape);
+
+/// A shape in its body.
 class FclShape {
  public:
   explicit FclShape(const Shape& shape);

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// The client library with a daemon in another process: within one, Fast DDS takes short cuts.
+#include "process.hpp"
+
+#include <handover/client/client.hpp>
+
+#include <gtest/gtest.h>
+
+namespace handover::test {
+namespace {
+
+using client::Client;
+
+class ClientOfAnotherProcess : public testing::Test {
+ protected:
+  const int domain_ = freeDomain();
+  Process daemon_{{HANDOVER_BINARY_DIR "/tests/scripted_daemon", std::to_string(domain_)}};
+  Client client_{{.domain = domain_, .client_id = {}, .wait = 20s}};
+
+  static PlanRequest scripted(const std::string& task) {
+    PlanRequest request;
+    request.cell = "script";
+    request.task = task;
+    return request;
+  }
+};
+
+TEST_F(ClientOfAnotherProcess, IsAnsweredAgainAndAgain) {
+  for (int i = 0; i < 20; ++i) {
+    int stages = 0;
+    const auto handle = client_.plan(scripted("answer"), [&stages](const PlanStage&) { ++stages; });
+    ASSERT_TRUE(handle.waitFor(20s)) << "request " << i;
+    EXPECT_TRUE(std::holds_alternative<Done>(handle.wait()));
+    EXPECT_GT(stages, 10);
+  }
+}
+
+TEST_F(ClientOfAnotherProcess, IsAnsweredAfterACancel) {
+  const auto held = client_.plan(scripted("hold"));
+  held.cancel();
+  ASSERT_TRUE(held.waitFor(20s));
+  EXPECT_TRUE(std::holds_alternative<Cancelled>(held.wait()));
+  const auto next = client_.plan(scripted("answer"));
+  ASSERT_TRUE(next.waitFor(20s));
+  EXPECT_TRUE(std::holds_alternative<Done>(next.wait()));
+}
+
+}  // namespace
+}  // namespace handover::test
