@@ -17,6 +17,7 @@ struct YamlNode {
   std::string text;              ///< of a scalar
   std::vector<YamlNode> keys;    ///< of a map; a key may be anything, and there twice
   std::vector<YamlNode> values;  ///< of a list, or of a map beside its keys
+  bool quoted = false;           ///< a scalar in quotes: a text, never a number
 
   bool isScalar() const { return kind == Kind::kScalar; }
 
@@ -37,7 +38,8 @@ struct YamlNode {
   std::string flowText() const;
 };
 
-/// Parses a document, aliases written out. @throws FileError with the line of the syntax fault.
+/// Parses a document, aliases written out. @throws FileError with the line of the syntax fault, and
+/// for tags, a second document, more than 50 000 values or 64 levels.
 YamlNode parseYaml(const std::string& text, const std::string& shown_file);
 
 }  // namespace handover

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/yaml_reader.hpp"
 
+#include "core/model/file_text.hpp"
 #include "core/model/number.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <set>
 #include <sstream>
 
 namespace handover {
 namespace {
 
-constexpr std::uintmax_t kMaxBytes = 4u << 20;
+constexpr std::uint64_t kMaxMib = 4;
+constexpr std::size_t kMaxKeyBytes = 512;  // paths of overrides are the longest
 
 std::string shown(double value) {
   std::ostringstream text;
@@ -22,9 +23,15 @@ std::string shown(double value) {
 }
 
 std::string shown(const YamlNode& node) {
-  if (node.isScalar()) return "'" + node.text + "'";
+  if (node.isScalar()) return (node.quoted ? "the text '" : "'") + node.text + "'";
   if (node.isList()) return "a list";
   return node.isMap() ? "a map" : "nothing";
+}
+
+/// The number that a plain scalar is.
+std::optional<double> numberOf(const YamlNode& node) {
+  if (!node.isScalar() || node.quoted) return std::nullopt;
+  return parseNumber(node.text);
 }
 
 bool isNameCharacter(char c) {
@@ -35,7 +42,7 @@ bool isNameCharacter(char c) {
 }  // namespace
 
 void YamlReport::add(const std::string& path, std::string message) {
-  faults_.push_back({path, lineOf(path), std::move(message)});
+  faults_.push_back({path, lineOf(path), oneLine(std::move(message))});
 }
 
 int YamlReport::lineOf(const std::string& path) const {
@@ -89,8 +96,7 @@ std::optional<std::string> YamlValue::oneOf(std::initializer_list<const char*> w
 }
 
 std::optional<double> YamlValue::number(NumberRange range) const {
-  const std::optional<double> value =
-      node_->isScalar() ? parseNumber(node_->text) : std::optional<double>();
+  const std::optional<double> value = numberOf(*node_);
   if (!value) {
     fault("must be a finite number, not " + shown(*node_));
     return std::nullopt;
@@ -102,8 +108,7 @@ std::optional<double> YamlValue::number(NumberRange range) const {
 }
 
 std::optional<int> YamlValue::integer(int low, int high) const {
-  const std::optional<double> value =
-      node_->isScalar() ? parseNumber(node_->text) : std::optional<double>();
+  const std::optional<double> value = numberOf(*node_);
   if (value && *value == std::floor(*value) && *value >= low && *value <= high) {
     return static_cast<int>(*value);
   }
@@ -169,6 +174,11 @@ std::optional<YamlMap> YamlValue::map() const {
       continue;
     }
     const std::string& key = node_->keys[i].text;
+    if (key.empty() || key.size() > kMaxKeyBytes) {
+      fault(key.empty() ? "has an empty key"
+                        : "has a key of " + std::to_string(key.size()) + " bytes");
+      continue;
+    }
     if (!keys.insert(key).second) {
       fault("has the key '" + key + "' twice");
       continue;
@@ -217,17 +227,9 @@ std::string joinedPath(const std::string& parent, const std::string& key) {
 }
 
 std::string readSettingsText(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) {
-    throw FileError({{file.string(), 0, "no such file"}});
-  }
-  const std::uintmax_t bytes = std::filesystem::file_size(file, error);
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  if (!error && bytes > kMaxBytes) throw FileError({{file.string(), 0, "is larger than 4 MiB"}});
-  if (bytes > 0) text << stream.rdbuf();
-  if (error || !stream || !text) throw FileError({{file.string(), 0, "cannot be read"}});
-  return text.str();
+  Result<std::string> text = readFileText(file, kMaxMib);
+  if (!text) throw FileError({{file.string(), 0, text.error().detail}});
+  return std::move(text).value();
 }
 
 }  // namespace handover

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/model/robot_loader.hpp"
 
+#include "core/model/file_text.hpp"
 #include "core/model/srdf_reader.hpp"
 #include "core/model/urdf_reader.hpp"
 
@@ -299,7 +300,8 @@ class RobotAssembler {
 }  // namespace
 
 std::string FileFault::text() const {
-  return line > 0 ? file + ":" + std::to_string(line) + ": " + message : file + ": " + message;
+  const std::string at = line > 0 ? file + ":" + std::to_string(line) : file;
+  return at + ": " + oneLine(message);
 }
 
 FileError::FileError(std::vector<FileFault> faults)

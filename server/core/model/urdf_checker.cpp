@@ -4,7 +4,11 @@
 #include "core/model/mesh_reader.hpp"
 #include "core/model/xml_reader.hpp"
 
+#include <handover/common/check.hpp>
+
+#include <limits>
 #include <optional>
+#include <set>
 
 namespace handover {
 namespace {
@@ -12,7 +16,11 @@ namespace {
 using tinyxml2::XMLElement;
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxLinks = 4096;
+constexpr std::size_t kMaxLinks = 4096, kMaxJoints = bounds::kJoints;  // joints that move
+constexpr std::uintmax_t kMaxMeshMib = 512;  // of all collision meshes of a robot
+constexpr double kMaxLength = 1000;          // [m]; angles of an origin as well [rad]
+constexpr double kMinScale = 1e-6;
+constexpr double kMaxLimit = 1e9, kAnyNumber = std::numeric_limits<double>::max();
 
 /// A joint as written.
 struct WrittenJoint {
@@ -67,6 +75,8 @@ class UrdfChecker {
     if (version != nullptr && std::string_view(version) != "1.0") {
       faults_.add(*robot, described(*robot) + ": version is not 1.0: '" + version + "'");
     }
+    if (tooMany(*robot)) return {};
+    forEach(*robot, "material", [this](const XMLElement& e) { checkMaterial(e, true); });
     forEach(*robot, "link", [this](const XMLElement& e) { checkLink(e); });
     forEach(*robot, "joint", [this](const XMLElement& e) { checkJoint(e); });
     connect(*robot);
@@ -80,9 +90,81 @@ class UrdfChecker {
  private:
   bool clean() const { return all_faults_.size() == faults_before_; }
 
-  void checkLink(const XMLElement& element) {
+  /// Before anything is looked at: there is no end of what may be wrong in a file of any size.
+  bool tooMany(const XMLElement& robot) {
+    std::size_t links = 0, moving = 0;
+    forEach(robot, "link", [&links](const XMLElement&) { ++links; });
+    forEach(robot, "joint", [&moving](const XMLElement& e) {
+      const char* type = e.Attribute("type");
+      if (type == nullptr || std::string_view(type) != "fixed") ++moving;
+    });
+    const auto check = [&](std::size_t count, std::size_t most, const char* what) {
+      if (count <= most) return false;
+      faults_.add(robot, described(robot) + " has " + std::to_string(count) + what +
+                             ", more than " + std::to_string(most));
+      return true;
+    };
+    const bool links_bad = check(links, kMaxLinks, " links");
+    return check(moving, kMaxJoints, " joints that move") || links_bad;
+  }
+
+  std::string checkName(const XMLElement& element) {
+    std::string name = requiredText(element, "name", faults_);
+    if (name.size() > bounds::kName) {
+      faults_.add(element, std::string("<") + element.Name() + "> has a name of " +
+                               std::to_string(name.size()) + " bytes, more than " +
+                               std::to_string(bounds::kName));
+    }
+    return name;
+  }
+
+  /// Colours are not planned with, but urdfdom refuses wrong ones.
+  void checkMaterial(const XMLElement& element, bool of_robot) {
     const std::string name = requiredText(element, "name", faults_);
+    const XMLElement* color = element.FirstChildElement("color");
+    const XMLElement* texture = element.FirstChildElement("texture");
+    const bool has_color = color != nullptr && color->Attribute("rgba") != nullptr;
+    if (has_color) numbersOf(*color, "rgba", 4, kAnyNumber, faults_);
+    const bool defined =
+        has_color || (texture != nullptr && texture->Attribute("filename") != nullptr);
+    if (name.empty()) return;
+    if (of_robot) {
+      if (!defined) faults_.add(element, described(element) + " has neither color nor texture");
+      if (!materials_.insert(name).second) {
+        faults_.add(element, described(element) + " is defined twice");
+      }
+    } else if (defined) {
+      materials_.insert(name);
+    } else if (!materials_.contains(name)) {
+      faults_.add(element, described(element) + " is not defined");
+    }
+  }
+
+  void checkInertial(const XMLElement& element, const std::string& at) {
+    checkChildren(element, {"origin", "mass", "inertia"}, {}, faults_);
+    checkOrigin(element, faults_);
+    const XMLElement* mass = element.FirstChildElement("mass");
+    const XMLElement* inertia = element.FirstChildElement("inertia");
+    if (mass == nullptr) faults_.add(element, at + " has no <mass>");
+    if (inertia == nullptr) faults_.add(element, at + " has no <inertia>");
+    if (mass != nullptr) {
+      const auto value = requiredNumber(*mass, "value", faults_, kAnyNumber);
+      if (value && *value < 0) faults_.add(*mass, at + ": mass is negative");
+    }
+    if (inertia == nullptr) return;
+    for (const char* moment : {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"}) {
+      requiredNumber(*inertia, moment, faults_, kAnyNumber);
+    }
+  }
+
+  void checkLink(const XMLElement& element) {
+    const std::string name = checkName(element);
+    checkChildren(element, {"inertial"},
+                  {"visual", "collision", "contact", "sensor", "gravity", "audio_source",
+                   "collision_checking", "self_collision_checking"},
+                  faults_);
     const std::string of = "> of link '" + name + "'";
+    forEach(element, "inertial", [&](const XMLElement& e) { checkInertial(e, "<inertial" + of); });
     forEach(element, "collision",
             [&](const XMLElement& e) { checkShape(e, "<collision" + of, true); });
     // Visual shapes are not planned with, but a wrong one is a fault of the file all the same.
@@ -99,14 +181,21 @@ class UrdfChecker {
   }
 
   void checkShape(const XMLElement& element, const std::string& at, bool load) {
+    checkChildren(element, {"origin", "geometry", "material"}, {"verbose", "contact_coefficients"},
+                  faults_);
+    forEach(element, "material", [this](const XMLElement& e) { checkMaterial(e, false); });
     checkOrigin(element, faults_);
     const XMLElement* geometry = element.FirstChildElement("geometry");
     const XMLElement* form = geometry == nullptr ? nullptr : geometry->FirstChildElement();
     if (form == nullptr) return faults_.add(element, at + " has no geometry");
+    if (form->NextSiblingElement() != nullptr) {
+      faults_.add(*form->NextSiblingElement(), at + " has two shapes");
+    }
     const std::string_view kind = form->Name();
     if (kind == "box") {
       checkBox(*form, at);
     } else if (kind == "sphere" || kind == "cylinder") {
+      checkAttributes(*form, {"radius", kind == "cylinder" ? "length" : "radius"}, faults_);
       checkPositive(*form, "radius", at);
       if (kind == "cylinder") checkPositive(*form, "length", at);
     } else if (kind == "mesh") {
@@ -117,12 +206,13 @@ class UrdfChecker {
   }
 
   void checkPositive(const XMLElement& form, const char* attribute, const std::string& at) {
-    const std::optional<double> value = requiredNumber(form, attribute, faults_);
+    const std::optional<double> value = requiredNumber(form, attribute, faults_, kMaxLength);
     if (!value || *value > 0) return;
     faults_.add(form, at + ": " + attribute + " of <" + form.Name() + "> must be positive");
   }
 
   void checkBox(const XMLElement& form, const std::string& at) {
+    checkAttributes(form, {"size"}, faults_);
     if (form.Attribute("size") == nullptr) return faults_.add(form, "<box> has no size");
     const auto size = vectorOf(form, "size", faults_);
     if (size && size->minCoeff() <= 0) {
@@ -131,14 +221,15 @@ class UrdfChecker {
   }
 
   void checkMesh(const XMLElement& form, const std::string& at, bool load) {
+    checkAttributes(form, {"filename", "scale"}, faults_);
     const std::string uri = requiredText(form, "filename", faults_);
     Eigen::Vector3d scale = Eigen::Vector3d::Ones();
     if (form.Attribute("scale") != nullptr) {
-      const auto given = vectorOf(form, "scale", faults_);
+      const auto given = vectorOf(form, "scale", faults_, kMaxLength);
       if (!given) return;
       scale = *given;
     }
-    if (scale.cwiseAbs().minCoeff() == 0) {
+    if (scale.cwiseAbs().minCoeff() < kMinScale) {
       return faults_.add(form, at + ": scale of <mesh> must not be zero");
     }
     if (uri.empty()) return;
@@ -147,8 +238,15 @@ class UrdfChecker {
     }
     const std::pair key(uri, std::array{scale.x(), scale.y(), scale.z()});
     if (!load || checked_.meshes.contains(key)) return;
+    const fs::path mesh = meshPath(uri, folder_);
+    std::error_code ignored;
+    if (const std::uintmax_t bytes = fs::file_size(mesh, ignored); !ignored) mesh_bytes_ += bytes;
+    if (mesh_bytes_ >> 20 > kMaxMeshMib) {
+      return faults_.add(form, at + ": the meshes up to here have more than " +
+                                   std::to_string(kMaxMeshMib) + " MiB");
+    }
     try {
-      checked_.meshes.emplace(key, readConvexMesh(meshPath(uri, folder_), scale));
+      checked_.meshes.emplace(key, readConvexMesh(mesh, scale));
     } catch (const FileError& error) {
       for (const FileFault& fault : error.faults()) {
         faults_.add(form, at + ": mesh '" + uri + "': " + fault.message);
@@ -159,15 +257,24 @@ class UrdfChecker {
   void checkJoint(const XMLElement& element) {
     WrittenJoint joint;
     joint.line = element.GetLineNum();
-    joint.name = requiredText(element, "name", faults_);
+    joint.name = checkName(element);
+    checkAttributes(element, {"name", "type"}, faults_);
+    checkChildren(element,
+                  {"origin", "parent", "child", "axis", "limit", "mimic", "dynamics", "calibration",
+                   "safety_controller"},
+                  {}, faults_);
     checkOrigin(element, faults_);
     joint.parent = linkNamed(element, "parent");
     joint.child = linkNamed(element, "child");
+    if (!joint.parent.empty() && joint.parent == joint.child) {
+      faults_.add(element, described(element) + " joins link '" + joint.parent + "' to itself");
+    }
     joint.type = requiredText(element, "type", faults_);
     checkType(element, joint.type);
     checkAxis(element, joint.type);
     checkLimits(element, joint.type);
     checkMimic(element, joint);
+    checkExtras(element);
     if (joint.name.empty()) return;
     const auto [known, added] = joint_index_.emplace(joint.name, joints_.size());
     if (!added) return addTwice(element, joints_[known->second].line);
@@ -190,6 +297,7 @@ class UrdfChecker {
       faults_.add(joint, described(joint) + " has no <" + tag + ">");
       return "";
     }
+    checkAttributes(*end, {"link"}, faults_);
     const std::string link = requiredText(*end, "link", faults_);
     if (!link.empty() && !link_index_.contains(link)) {
       faults_.add(*end, described(joint) + ": " + tag + " link '" + link + "' is not defined");
@@ -201,10 +309,11 @@ class UrdfChecker {
   void checkAxis(const XMLElement& element, const std::string& type) {
     const XMLElement* axis = element.FirstChildElement("axis");
     if (axis == nullptr || type == "fixed") return;
+    checkAttributes(*axis, {"xyz"}, faults_);
     if (axis->Attribute("xyz") == nullptr) {
       return faults_.add(*axis, described(element) + ": <axis> has no xyz");
     }
-    const auto given = vectorOf(*axis, "xyz", faults_);
+    const auto given = vectorOf(*axis, "xyz", faults_, kAnyNumber);
     if (given && given->norm() < 1e-9) faults_.add(*axis, described(element) + ": axis is zero");
   }
 
@@ -215,14 +324,20 @@ class UrdfChecker {
       if (bounded) faults_.add(element, described(element) + " has no <limit>");
       return;
     }
+    checkAttributes(
+        *limit, {"lower", "upper", "velocity", "effort", "acceleration", "deceleration", "jerk"},
+        faults_);
     for (const char* kind : {"velocity", "effort"}) {
-      const auto value = requiredNumber(*limit, kind, faults_);
+      const auto value = requiredNumber(*limit, kind, faults_, kAnyNumber);
       if (value && *value < 0) {
         faults_.add(*limit, described(element) + ": " + kind + " limit is negative");
       }
     }
-    const auto lower = numberOf(*limit, "lower", faults_),
-               upper = numberOf(*limit, "upper", faults_);
+    const double most = type == "revolute"    ? kMaxLimit
+                        : type == "prismatic" ? kMaxLength
+                                              : kAnyNumber;
+    const auto lower = numberOf(*limit, "lower", faults_, most),
+               upper = numberOf(*limit, "upper", faults_, most);
     if (bounded && lower.value_or(0) > upper.value_or(0)) {
       faults_.add(*limit, described(element) + ": lower limit is above the upper one");
     }
@@ -231,17 +346,40 @@ class UrdfChecker {
   void checkMimic(const XMLElement& element, WrittenJoint& joint) {
     const XMLElement* mimic = element.FirstChildElement("mimic");
     if (mimic == nullptr) return;
+    checkAttributes(*mimic, {"joint", "multiplier", "offset"}, faults_);
+    if (joint.type == "fixed") faults_.add(*mimic, described(element) + " is fixed and mimics");
     joint.mimic_line = mimic->GetLineNum();
     joint.master = requiredText(*mimic, "joint", faults_);
-    numberOf(*mimic, "multiplier", faults_);
-    numberOf(*mimic, "offset", faults_);
+    numberOf(*mimic, "multiplier", faults_, kMaxLimit);
+    numberOf(*mimic, "offset", faults_, kMaxLimit);
+  }
+
+  /// Not planned with, but urdfdom refuses them without a line when they are wrong.
+  void checkExtras(const XMLElement& element) {
+    if (const XMLElement* dynamics = element.FirstChildElement("dynamics")) {
+      for (const char* kind : {"damping", "friction"}) {
+        numberOf(*dynamics, kind, faults_, kAnyNumber);
+      }
+      if (dynamics->Attribute("damping") == nullptr && dynamics->Attribute("friction") == nullptr) {
+        faults_.add(*dynamics, described(element) + ": <dynamics> has no damping and no friction");
+      }
+    }
+    if (const XMLElement* calibration = element.FirstChildElement("calibration")) {
+      for (const char* edge : {"rising", "falling"}) {
+        numberOf(*calibration, edge, faults_, kAnyNumber);
+      }
+    }
+    if (const XMLElement* safety = element.FirstChildElement("safety_controller")) {
+      requiredNumber(*safety, "k_velocity", faults_, kAnyNumber);
+      for (const char* kind : {"soft_lower_limit", "soft_upper_limit", "k_position"}) {
+        numberOf(*safety, kind, faults_, kAnyNumber);
+      }
+    }
   }
 
   /// One parent per link, one root, no loop, mimic masters known.
   void connect(const XMLElement& robot) {
     if (links_.empty()) return faults_.add(robot, described(robot) + " has no link");
-    if (links_.size() > kMaxLinks)
-      return faults_.add(robot, described(robot) + " has too many links");
     parent_joint_.assign(links_.size(), -1);
     for (std::size_t i = 0; i < joints_.size(); ++i) {
       if (!joints_[i].child.empty()) claimChild(i);
@@ -325,6 +463,8 @@ class UrdfChecker {
   std::vector<WrittenLink> links_;
   std::vector<WrittenJoint> joints_;
   std::map<std::string, std::size_t> link_index_, joint_index_;
+  std::set<std::string> materials_;
+  std::uintmax_t mesh_bytes_ = 0;
   std::vector<int> parent_joint_;  ///< per link: index in joints_, -1 for a root
   std::size_t root_ = 0;
 };

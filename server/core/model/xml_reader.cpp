@@ -1,43 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/model/xml_reader.hpp"
 
+#include "core/model/file_text.hpp"
 #include "core/model/number.hpp"
 
-#include <fstream>
-#include <sstream>
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <set>
 
 namespace handover {
 namespace {
 
-constexpr std::uintmax_t kMaxBytes = 16u << 20;
+constexpr std::uint64_t kMaxMib = 16;
 
 std::string where(const tinyxml2::XMLElement& element, const char* attribute) {
   return described(element) + ": " + attribute;
+}
+
+std::string shown(double value) {
+  std::array<char, 32> digits{};
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};
+}
+
+std::string inWords(std::size_t count) { return count == 3 ? "three" : std::to_string(count); }
+
+/// tinyxml2 takes an attribute that is there twice, which is no XML.
+void checkAttributeNames(const tinyxml2::XMLElement& element, XmlFaults& faults) {
+  std::set<std::string_view> names;
+  for (const auto* a = element.FirstAttribute(); a != nullptr; a = a->Next()) {
+    if (names.insert(a->Name()).second) continue;
+    faults.add(a->GetLineNum(), described(element) + " has the attribute " + a->Name() + " twice");
+  }
+  // As deep as tinyxml2 parses: 100 levels.
+  for (const auto* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    checkAttributeNames(*e, faults);
+  }
 }
 
 }  // namespace
 
 const tinyxml2::XMLElement* parseXml(const std::filesystem::path& file,
                                      tinyxml2::XMLDocument& document, XmlFaults& faults) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) {
-    faults.add(0, "no such file");
+  const Result<std::string> content = readFileText(file, kMaxMib);
+  if (!content) {
+    faults.add(0, content.error().detail);
     return nullptr;
   }
-  const std::uintmax_t bytes = std::filesystem::file_size(file, error);
-  if (error || bytes > kMaxBytes) {
-    faults.add(0, error ? "cannot be read" : "larger than 16 MiB");
-    return nullptr;
-  }
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream) {
-    faults.add(0, "cannot be read");
-    return nullptr;
-  }
-  const std::string content = text.str();
-  if (document.Parse(content.data(), content.size()) != tinyxml2::XML_SUCCESS) {
+  if (document.Parse(content->data(), content->size()) != tinyxml2::XML_SUCCESS) {
     faults.add(document.ErrorLineNum(),
                std::string("is not well-formed XML: ") +
                    tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID()));
@@ -48,6 +59,7 @@ const tinyxml2::XMLElement* parseXml(const std::filesystem::path& file,
     faults.add(root == nullptr ? 0 : root->GetLineNum(), "has no <robot> as its root element");
     return nullptr;
   }
+  checkAttributeNames(*root, faults);
   return root;
 }
 
@@ -62,48 +74,92 @@ std::string requiredText(const tinyxml2::XMLElement& element, const char* attrib
 }
 
 std::optional<double> numberOf(const tinyxml2::XMLElement& element, const char* attribute,
-                               XmlFaults& faults) {
+                               XmlFaults& faults, double most) {
   const char* text = element.Attribute(attribute);
   if (text == nullptr) return std::nullopt;
   const std::optional<double> value = parseNumber(text);
   if (!value) {
     faults.add(element, where(element, attribute) + " is not a finite number: '" + text + "'");
+  } else if (std::abs(*value) > most) {
+    faults.add(element,
+               where(element, attribute) + " is beyond " + shown(most) + ": '" + text + "'");
+    return std::nullopt;
   }
   return value;
 }
 
 std::optional<double> requiredNumber(const tinyxml2::XMLElement& element, const char* attribute,
-                                     XmlFaults& faults) {
+                                     XmlFaults& faults, double most) {
   if (element.Attribute(attribute) == nullptr) {
     faults.add(element, described(element) + " has no " + attribute);
     return std::nullopt;
   }
-  return numberOf(element, attribute, faults);
+  return numberOf(element, attribute, faults, most);
+}
+
+std::optional<std::vector<double>> numbersOf(const tinyxml2::XMLElement& element,
+                                             const char* attribute, std::size_t count, double most,
+                                             XmlFaults& faults) {
+  const char* text = element.Attribute(attribute);
+  if (text == nullptr) return std::nullopt;
+  std::vector<double> numbers;
+  for (const std::string_view part : splitWords(text)) {
+    const std::optional<double> value = parseNumber(part);
+    if (!value) break;
+    numbers.push_back(*value);
+  }
+  if (numbers.size() != count || splitWords(text).size() != count) {
+    faults.add(element, where(element, attribute) + " is not " + inWords(count) +
+                            " finite numbers: '" + text + "'");
+    return std::nullopt;
+  }
+  for (const double value : numbers) {
+    if (std::abs(value) <= most) continue;
+    faults.add(element,
+               where(element, attribute) + " is beyond " + shown(most) + ": '" + text + "'");
+    return std::nullopt;
+  }
+  return numbers;
 }
 
 std::optional<Eigen::Vector3d> vectorOf(const tinyxml2::XMLElement& element, const char* attribute,
-                                        XmlFaults& faults) {
-  const char* text = element.Attribute(attribute);
-  if (text == nullptr) return std::nullopt;
-  const std::vector<std::string_view> parts = splitWords(text);
-  Eigen::Vector3d vector = Eigen::Vector3d::Zero();
-  bool good = parts.size() == 3;
-  for (std::size_t i = 0; good && i < 3; ++i) {
-    const std::optional<double> value = parseNumber(parts[i]);
-    good = value.has_value();
-    vector[static_cast<Eigen::Index>(i)] = value.value_or(0.0);
+                                        XmlFaults& faults, double most) {
+  const auto numbers = numbersOf(element, attribute, 3, most, faults);
+  if (!numbers) return std::nullopt;
+  return Eigen::Vector3d((*numbers)[0], (*numbers)[1], (*numbers)[2]);
+}
+
+void checkAttributes(const tinyxml2::XMLElement& element,
+                     std::initializer_list<std::string_view> known, XmlFaults& faults) {
+  for (const auto* a = element.FirstAttribute(); a != nullptr; a = a->Next()) {
+    const std::string_view name = a->Name();
+    if (name.find(':') != name.npos || std::find(known.begin(), known.end(), name) != known.end()) {
+      continue;
+    }
+    faults.add(a->GetLineNum(), described(element) + " has the unknown attribute " + a->Name());
   }
-  if (good) return vector;
-  faults.add(element, where(element, attribute) + " is not three finite numbers: '" + text + "'");
-  return std::nullopt;
+}
+
+void checkChildren(const tinyxml2::XMLElement& element,
+                   std::initializer_list<std::string_view> once,
+                   std::initializer_list<std::string_view> any_number, XmlFaults& faults) {
+  std::set<std::string_view> seen;
+  for (const auto* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    const std::string_view name = e->Name();
+    if (std::find(once.begin(), once.end(), name) != once.end()) {
+      if (seen.insert(name).second) continue;
+      faults.add(*e, described(element) + " has two <" + e->Name() + ">s");
+    } else if (name.find(':') == name.npos &&
+               std::find(any_number.begin(), any_number.end(), name) == any_number.end()) {
+      faults.add(*e, described(element) + " has the unknown element <" + e->Name() + ">");
+    }
+  }
 }
 
 void checkOrigin(const tinyxml2::XMLElement& element, XmlFaults& faults) {
   const tinyxml2::XMLElement* origin = element.FirstChildElement("origin");
   if (origin == nullptr) return;
-  if (origin->NextSiblingElement("origin") != nullptr) {
-    faults.add(*origin->NextSiblingElement("origin"), described(element) + " has two <origin>s");
-  }
+  checkAttributes(*origin, {"xyz", "rpy"}, faults);
   vectorOf(*origin, "rpy", faults);
   vectorOf(*origin, "xyz", faults);
 }

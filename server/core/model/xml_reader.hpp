@@ -3,12 +3,14 @@
 // values. Numbers are read the same way whatever the process's locale.
 #pragma once
 
+#include "core/model/file_text.hpp"
 #include "core/model/robot_loader.hpp"
 
 #include <Eigen/Core>
 #include <tinyxml2.h>
 
 #include <filesystem>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -22,7 +24,9 @@ class XmlFaults {
   XmlFaults(std::string file, std::vector<FileFault>& faults)
       : file_(std::move(file)), faults_(faults) {}
 
-  void add(int line, std::string message) { faults_.push_back({file_, line, std::move(message)}); }
+  void add(int line, std::string message) {
+    faults_.push_back({file_, line, oneLine(std::move(message))});
+  }
 
   void add(const tinyxml2::XMLElement& at, std::string message) {
     add(at.GetLineNum(), std::move(message));
@@ -41,16 +45,32 @@ const tinyxml2::XMLElement* parseXml(const std::filesystem::path& file,
 std::string requiredText(const tinyxml2::XMLElement& element, const char* attribute,
                          XmlFaults& faults);
 
-/// A number attribute; nullopt when it is absent (no fault) or wrong (a fault).
+/// A number attribute of at most `most` either way; nullopt when it is absent (no fault) or wrong
+/// (a fault).
 std::optional<double> numberOf(const tinyxml2::XMLElement& element, const char* attribute,
-                               XmlFaults& faults);
+                               XmlFaults& faults, double most = 1e9);
 /// Absence is a fault as well.
 std::optional<double> requiredNumber(const tinyxml2::XMLElement& element, const char* attribute,
-                                     XmlFaults& faults);
+                                     XmlFaults& faults, double most = 1e9);
 
 /// Three numbers with spaces between; nullopt as for numberOf().
 std::optional<Eigen::Vector3d> vectorOf(const tinyxml2::XMLElement& element, const char* attribute,
-                                        XmlFaults& faults);
+                                        XmlFaults& faults, double most = 1000);
+
+/// `count` numbers parted by blanks, each at most `most` either way; nullopt as with numberOf().
+std::optional<std::vector<double>> numbersOf(const tinyxml2::XMLElement& element,
+                                             const char* attribute, std::size_t count, double most,
+                                             XmlFaults& faults);
+
+/// A fault for each attribute that is not among these: most likely a slip of the pen. Those with a
+/// ':' are somebody else's.
+void checkAttributes(const tinyxml2::XMLElement& element,
+                     std::initializer_list<std::string_view> known, XmlFaults& faults);
+
+/// The same for the elements inside; those of `once` are also a fault when they are there twice.
+void checkChildren(const tinyxml2::XMLElement& element,
+                   std::initializer_list<std::string_view> once,
+                   std::initializer_list<std::string_view> any_number, XmlFaults& faults);
 
 /// Checks the <origin xyz= rpy=> child, if there is one.
 void checkOrigin(const tinyxml2::XMLElement& element, XmlFaults& faults);
