@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/cell_description.hpp"
 
+#include <handover/common/check.hpp>
+
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -13,6 +16,7 @@ constexpr NumberRange kDegrees{-3600, 3600};
 constexpr NumberRange kJoint{-1000, 1000};  // [rad] or [m]
 constexpr NumberRange kSize{1e-6, 1000};    // [m]
 constexpr std::size_t kMaxParts = 256;
+constexpr std::size_t kMaxVariations = 512;  // each is checked with the whole cell
 
 /// Quarter turns come out exact: what rounding left of 0 and 1 is taken away.
 Eigen::Matrix3d rotationFromDegrees(const Eigen::Vector3d& rpy) {
@@ -310,7 +314,7 @@ Variation readVariation(const std::string& path, const YamlValue& value) {
   }
   if (const YamlValue* facing = map->find("facing")) {
     const auto point = facing->numbers(kPlace);
-    if (point && point->size() == 2 && variation.from.size() == 3) {
+    if (point && point->size() == 2 && variation.from.size() == 3 && path.ends_with("rpy_deg")) {
       variation.facing = {(*point)[0], (*point)[1]};
     } else if (point) {
       facing->fault("must be [x, y], beside a range of rpy_deg");
@@ -322,14 +326,16 @@ Variation readVariation(const std::string& path, const YamlValue& value) {
 
 /// Reads every entry of a map of named things.
 template <typename T, typename Read>
-void readNamed(YamlMap& cell, const char* key, YamlReport& report, std::vector<T>& out, Read read) {
+void readNamed(YamlMap& cell, const char* key, std::size_t most, std::vector<T>& out, Read read) {
   const YamlValue* value = cell.require(key);
   auto map = value == nullptr ? std::nullopt : value->map();
   if (!map) return;
+  if (map->all().size() > most) {
+    return value->fault("has " + std::to_string(map->all().size()) + " entries, more than " +
+                        std::to_string(most));
+  }
   for (const auto& [name, entry] : map->all()) {
-    const YamlNode written{YamlNode::Kind::kScalar, 0, name, {}, {}};
-    if (!YamlValue(written, entry.path(), report).name()) continue;
-    out.push_back(read(name, entry));
+    if (entry.checkName(name)) out.push_back(read(name, entry));
   }
 }
 
@@ -341,13 +347,18 @@ CellDescription readCell(const YamlNode& document, YamlReport& report) {
   if (!map) return cell;
   if (const YamlValue* version = map->require("version")) version->integer(1, 1);
   if (const YamlValue* name = map->require("name")) cell.name = name->name().value_or("");
-  readNamed(*map, "robots", report, cell.robots, readRobot);
-  readNamed(*map, "objects", report, cell.objects, readObject);
-  readNamed(*map, "tasks", report, cell.tasks, readTask);
+  readNamed(*map, "robots", bounds::kRobots, cell.robots, readRobot);
+  readNamed(*map, "objects", bounds::kObjects, cell.objects, readObject);
+  readNamed(*map, "tasks", bounds::kCells, cell.tasks, readTask);
   if (const YamlValue* vary = map->find("vary")) {
     if (auto entries = vary->map()) {
+      std::size_t values = 0;
       for (const auto& [path, value] : entries->all()) {
         cell.variations.push_back(readVariation(path, value));
+        values += std::max<std::size_t>(cell.variations.back().choices.size(), 2);
+      }
+      if (values > kMaxVariations) {
+        vary->fault("has more than " + std::to_string(kMaxVariations) + " ends and choices");
       }
     }
   }

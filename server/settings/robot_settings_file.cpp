@@ -97,12 +97,16 @@ RobotSettings readRobotSettings(const std::filesystem::path& file,
   settings.srdf = besides(file, requiredText(*map, "srdf"), root);
   if (const YamlValue* value = map->require("arms")) {
     if (auto arms = value->map()) {
-      for (const auto& [name, arm] : arms->all()) settings.arms.push_back(readArm(name, arm));
+      for (const auto& [name, arm] : arms->all()) {
+        if (arm.checkName(name)) settings.arms.push_back(readArm(name, arm));
+      }
     }
   }
   if (const YamlValue* value = map->require("hands")) {
     if (auto hands = value->map()) {
-      for (const auto& [name, hand] : hands->all()) settings.hands.push_back(readHand(name, hand));
+      for (const auto& [name, hand] : hands->all()) {
+        if (hand.checkName(name)) settings.hands.push_back(readHand(name, hand));
+      }
     }
   }
   if (const YamlValue* value = map->find("acceleration")) {

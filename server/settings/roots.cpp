@@ -59,7 +59,8 @@ fs::path robotFile(const std::string& model, const fs::path& root) {
 
 fs::path cacheFolder(const std::string& given) {
   if (!given.empty()) return given;
-  if (const std::string cache = environment("XDG_CACHE_HOME"); !cache.empty()) {
+  // The base directory specification has relative paths ignored.
+  if (const fs::path cache = environment("XDG_CACHE_HOME"); cache.is_absolute()) {
     return fs::path(cache) / "handover";
   }
   if (const std::string home = environment("HOME"); !home.empty()) {

@@ -44,6 +44,7 @@ class SceneResolver {
   void checkNames() {
     if (cell_.robots.empty()) report_.add("robots", "is empty");
     if (cell_.tasks.empty()) report_.add("tasks", "is empty");
+    if (robotNamed("world") >= 0) report_.add("robots.world", "'world' is the world's own name");
     for (const ObjectDescription& object : cell_.objects) {
       const std::string path = "objects." + object.name;
       if (object.name == "world") report_.add(path, "'world' is the world's own name");

@@ -13,6 +13,7 @@ namespace handover {
 namespace {
 
 constexpr std::uint64_t kMaxMib = 4;
+constexpr std::size_t kMaxNameBytes = 64;
 constexpr std::size_t kMaxKeyBytes = 512;  // paths of overrides are the longest
 
 std::string shown(double value) {
@@ -77,11 +78,18 @@ std::optional<std::string> YamlValue::text() const {
 
 std::optional<std::string> YamlValue::name() const {
   std::optional<std::string> given = text();
-  if (!given) return given;
-  if (given->size() <= 64 && std::all_of(given->begin(), given->end(), isNameCharacter))
-    return given;
-  fault("'" + *given + "' is not a name: up to 64 letters, digits, '_' and '-'");
-  return std::nullopt;
+  if (given && !checkName(*given)) return std::nullopt;
+  return given;
+}
+
+bool YamlValue::checkName(const std::string& name) const {
+  if (!name.empty() && name.size() <= kMaxNameBytes &&
+      std::all_of(name.begin(), name.end(), isNameCharacter)) {
+    return true;
+  }
+  fault("'" + name + "' is not a name: up to " + std::to_string(kMaxNameBytes) +
+        " letters, digits, '_' and '-'");
+  return false;
 }
 
 std::optional<std::string> YamlValue::oneOf(std::initializer_list<const char*> words) const {

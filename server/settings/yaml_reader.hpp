@@ -81,6 +81,8 @@ class YamlValue {
   std::optional<std::string> text() const;
   /// A text of [A-Za-z0-9_-], at most 64 of them.
   std::optional<std::string> name() const;
+  /// Whether the value's own key is such a name; a fault if not.
+  bool checkName(const std::string& name) const;
   std::optional<std::string> oneOf(std::initializer_list<const char*> words) const;
   std::optional<double> number(NumberRange range = {}) const;
   std::optional<int> integer(int low, int high) const;

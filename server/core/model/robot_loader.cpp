@@ -94,12 +94,31 @@ class RobotAssembler {
     hand.name = settings.name;
     hand.palm_link = linkOf(key + ".palm_link", settings.palm_link);
     for (const std::string& name : settings.finger_links) {
-      hand.finger_links.push_back(linkOf(key + ".finger_links", name));
+      const int link = linkOf(key + ".finger_links", name);
+      if (link >= 0 && isAmong(hand.finger_links, link)) {
+        fault(key + ".finger_links", "link '" + name + "' is there twice");
+      }
+      hand.finger_links.push_back(link);
     }
     addHandDofs(key, settings, hand);
     for (const auto& names : settings.fingers) addFinger(key + ".fingers", names, hand);
-    if (hand.palm_link >= 0) hand.links = handLinks(hand);
+    if (hand.palm_link >= 0) {
+      hand.links = handLinks(hand);
+      checkFingerLinks(key + ".finger_links", hand);
+    }
     model_.hands.push_back(std::move(hand));
+  }
+
+  static bool isAmong(const std::vector<int>& list, int value) {
+    return std::find(list.begin(), list.end(), value) != list.end();
+  }
+
+  void checkFingerLinks(const std::string& key, const Hand& hand) {
+    for (const int link : hand.finger_links) {
+      if (link < 0 || isAmong(hand.links, link)) continue;
+      fault(key, "link '" + model_.links[static_cast<std::size_t>(link)].name +
+                     "' is no part of the hand");
+    }
   }
 
   void addHandDofs(const std::string& key, const HandSettings& settings, Hand& hand) {
@@ -158,6 +177,7 @@ class RobotAssembler {
   }
 
   void addFinger(const std::string& key, const std::vector<std::string>& names, Hand& hand) {
+    if (names.empty()) return fault(key, "a finger has no joint");
     std::vector<int> finger;
     for (const std::string& name : names) {
       const int dof = independentDof(key, name);
@@ -166,6 +186,11 @@ class RobotAssembler {
         fault(key, "joint '" + name + "' is not among those of open");
         continue;
       }
+      const bool again =
+          isAmong(finger, dof) ||
+          std::any_of(hand.fingers.begin(), hand.fingers.end(),
+                      [dof](const std::vector<int>& other) { return isAmong(other, dof); });
+      if (again) fault(key, "joint '" + name + "' is there twice");
       finger.push_back(dof);
     }
     hand.fingers.push_back(std::move(finger));
@@ -243,6 +268,11 @@ class RobotAssembler {
                                     " are not those between its base and link '" +
                                     settings.tool_link + "'");
       return false;
+    }
+    if (arm.hand < 0) return true;
+    const int palm = model_.hands[static_cast<std::size_t>(arm.hand)].palm_link;
+    if (palm >= 0 && !isAmong(model_.linksMovedBy({arm.dofs.back()}), palm)) {
+      fault(key + ".hand", "the palm of hand '" + settings.hand + "' does not hang on this arm");
     }
     return true;
   }

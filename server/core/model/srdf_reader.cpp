@@ -13,6 +13,8 @@ using tinyxml2::XMLElement;
 
 /// Positions may stick out of the limits by the rounding of written decimals.
 constexpr double kLimitSlack = 1e-6;
+/// Groups may hold groups, each read by recursion.
+constexpr std::size_t kMaxGroups = 256, kMaxChains = 1024;
 
 class SrdfReader {
  public:
@@ -34,6 +36,12 @@ class SrdfReader {
         !name.empty() && name != urdf_.name) {
       faults_.add(*robot, "robot '" + name + "' is called '" + urdf_.name + "' in the URDF");
     }
+    checkChildren(*robot, {},
+                  {"group", "group_state", "end_effector", "virtual_joint", "passive_joint",
+                   "disable_collisions", "enable_collisions", "disable_default_collisions",
+                   "joint_property", "link_sphere_approximation"},
+                  faults_);
+    if (tooMany(*robot)) return {};
     collectGroups(*robot);
     for (const auto& [name, element] : group_elements_) {
       const std::set<int>& joints = jointsOf(name, *element);
@@ -41,11 +49,28 @@ class SrdfReader {
     }
     forEach(*robot, "end_effector", [this](const XMLElement& e) { readEndEffector(e); });
     forEach(*robot, "group_state", [this](const XMLElement& e) { readState(e); });
+    forEach(*robot, "passive_joint",
+            [this](const XMLElement& e) { named(joints_, e, "name", "joint"); });
+    forEach(*robot, "virtual_joint",
+            [this](const XMLElement& e) { named(links_, e, "child_link", "link"); });
     forEach(*robot, "disable_collisions", [this](const XMLElement& e) { readDisabled(e); });
     return std::move(model_);
   }
 
  private:
+  bool tooMany(const XMLElement& robot) {
+    std::size_t groups = 0, chains = 0;
+    forEach(robot, "group", [&](const XMLElement& e) {
+      ++groups;
+      forEach(e, "chain", [&chains](const XMLElement&) { ++chains; });
+    });
+    if (groups <= kMaxGroups && chains <= kMaxChains) return false;
+    faults_.add(robot, "has " + std::to_string(groups) + " groups with " + std::to_string(chains) +
+                           " chains, more than " + std::to_string(kMaxGroups) + " with " +
+                           std::to_string(kMaxChains));
+    return true;
+  }
+
   void collectGroups(const XMLElement& robot) {
     forEach(robot, "group", [this](const XMLElement& e) {
       const std::string name = requiredText(e, "name", faults_);
@@ -71,6 +96,7 @@ class SrdfReader {
   const std::set<int>& jointsOf(const std::string& name, const XMLElement& group) {
     const auto [entry, fresh] = group_joints_.try_emplace(name);
     if (!fresh) return entry->second;
+    checkChildren(group, {}, {"joint", "link", "chain", "group"}, faults_);
     open_groups_.insert(name);
     std::set<int> joints;
     forEach(group, "joint",
@@ -138,7 +164,10 @@ class SrdfReader {
   }
 
   void readEndEffector(const XMLElement& element) {
-    requiredText(element, "name", faults_);
+    const std::string name = requiredText(element, "name", faults_);
+    if (!name.empty() && !end_effectors_.insert(name).second) {
+      faults_.add(element, described(element) + " is defined twice");
+    }
     checkGroup(element, "group");
     named(links_, element, "parent_link", "link");
     if (element.Attribute("parent_group") != nullptr) checkGroup(element, "parent_group");
@@ -147,6 +176,7 @@ class SrdfReader {
   void readState(const XMLElement& element) {
     const std::string name = requiredText(element, "name", faults_);
     checkGroup(element, "group");
+    checkChildren(element, {}, {"joint"}, faults_);
     auto& state = model_.states[name];
     forEach(element, "joint", [&](const XMLElement& e) {
       const int joint = named(joints_, e, "name", "joint");
@@ -160,6 +190,7 @@ class SrdfReader {
         faults_.add(e,
                     "<group_state> '" + name + "': joint '" + it.name + "' is outside its limits");
       }
+      checkMembership(element, e, joint);
       if (const auto [known, added] = state.emplace(joint, *value);
           !added && known->second != *value) {
         faults_.add(e, "<group_state> '" + name + "': joint '" + it.name + "' has two values");
@@ -167,13 +198,34 @@ class SrdfReader {
     });
   }
 
+  void checkMembership(const XMLElement& state, const XMLElement& at, int joint) {
+    const std::string group = text(state, "group");
+    const auto known = group_joints_.find(group);
+    if (known == group_joints_.end() || known->second.contains(joint)) return;
+    faults_.add(at, described(state) + ": joint '" +
+                        urdf_.joints[static_cast<std::size_t>(joint)].name + "' is not in group '" +
+                        group + "'");
+  }
+
   void readDisabled(const XMLElement& element) {
     const int a = named(links_, element, "link1", "link"),
               b = named(links_, element, "link2", "link");
     if (a < 0 || b < 0) return;
     if (a == b) return faults_.add(element, "<disable_collisions>: a link with itself");
-    const char* reason = element.Attribute("reason");
-    model_.disabled_pairs[{std::min(a, b), std::max(a, b)}] = reason == nullptr ? "" : reason;
+    const std::string reason = requiredText(element, "reason", faults_);
+    static constexpr std::string_view kReasons[] = {"Adjacent", "Always", "Never", "Default",
+                                                    "User"};
+    if (!reason.empty() &&
+        std::find(std::begin(kReasons), std::end(kReasons), reason) == std::end(kReasons)) {
+      faults_.add(element, "<disable_collisions>: unknown reason '" + reason +
+                               "': Adjacent, Always, Never, Default or User");
+    }
+    const auto [known, added] =
+        model_.disabled_pairs.emplace(std::pair(std::min(a, b), std::max(a, b)), reason);
+    if (!added && known->second != reason) {
+      faults_.add(element, "<disable_collisions>: '" + text(element, "link1") + "' and '" +
+                               text(element, "link2") + "' have two reasons");
+    }
   }
 
   const UrdfModel& urdf_;
@@ -181,6 +233,7 @@ class SrdfReader {
   std::map<std::string, int> links_, joints_;
   std::map<std::string, const XMLElement*> group_elements_;
   std::map<std::string, std::set<int>> group_joints_;
+  std::set<std::string> end_effectors_;
   std::set<std::string> open_groups_;  ///< being read: a group found again in here contains itself
   SrdfModel model_;
 };
