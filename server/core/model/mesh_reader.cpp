@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/model/mesh_reader.hpp"
 
+#include "core/model/file_text.hpp"
+#include "core/model/mesh_checker.hpp"
 #include "core/model/robot_loader.hpp"
 
+#include <assimp/IOStream.hpp>
+#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -11,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <set>
 #include <string>
@@ -20,8 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kMaxBytes = 256u << 20;
-constexpr std::size_t kMaxParts = 4096;
+constexpr std::uint64_t kMaxMib = 64;
 /// Of one part, after merging. A hull of more vertices is of no use to collision checking, and the
 /// test of every vertex against every face stays below a second.
 constexpr std::size_t kMaxPartVertices = 8192;
@@ -179,8 +183,11 @@ class PartCollector {
   void addMesh(const aiNode& node, unsigned mesh_index, const Eigen::Matrix4d& transform) {
     if (mesh_index >= scene_.mNumMeshes) refuse(file_, "is damaged");
     const aiMesh& mesh = *scene_.mMeshes[mesh_index];
-    if (parts_.size() + faults_.size() >= kMaxParts) {
-      refuse(file_, "has more than " + std::to_string(kMaxParts) + " parts");
+    if (parts_.size() + faults_.size() >= kMaxMeshParts) {
+      refuse(file_, "has more than " + std::to_string(kMaxMeshParts) + " parts");
+    }
+    if ((triangles_ += mesh.mNumFaces) > kMaxMeshTriangles) {
+      refuse(file_, "has more than " + std::to_string(kMaxMeshTriangles) + " triangles");
     }
     ConvexShape part = mergedPart(mesh, transform);
     if (part.triangles.empty()) return;
@@ -222,30 +229,88 @@ class PartCollector {
   const fs::path& file_;
   const aiScene& scene_;
   Eigen::Vector3d scale_;
+  std::size_t triangles_ = 0;
   std::vector<Shape> parts_;
   std::vector<FileFault> faults_;
 };
 
-void checkFile(const fs::path& file) {
+/// A file's text for assimp to read.
+class TextStream : public Assimp::IOStream {
+ public:
+  explicit TextStream(const std::string& text) : text_(text) {}
+
+  std::size_t Read(void* to, std::size_t size, std::size_t count) override {
+    const std::size_t whole = size == 0 ? 0 : std::min(count, (text_.size() - at_) / size);
+    std::memcpy(to, text_.data() + at_, whole * size);
+    at_ += whole * size;
+    return whole;
+  }
+
+  std::size_t Write(const void*, std::size_t, std::size_t) override { return 0; }
+
+  aiReturn Seek(std::size_t offset, aiOrigin origin) override {
+    const std::size_t from = origin == aiOrigin_SET   ? 0
+                             : origin == aiOrigin_CUR ? at_
+                                                      : text_.size();
+    if (offset > text_.size() - from) return aiReturn_FAILURE;
+    at_ = from + offset;
+    return aiReturn_SUCCESS;
+  }
+
+  std::size_t Tell() const override { return at_; }
+
+  std::size_t FileSize() const override { return text_.size(); }
+
+  void Flush() override {}
+
+ private:
+  const std::string& text_;
+  std::size_t at_ = 0;
+};
+
+/// The one file that was asked for: materials and textures that it names are not wanted, and may be
+/// pipes.
+class OneFile : public Assimp::IOSystem {
+ public:
+  OneFile(std::string name, const std::string& text) : name_(std::move(name)), text_(text) {}
+
+  bool Exists(const char* name) const override { return name == name_; }
+
+  char getOsSeparator() const override { return '/'; }
+
+  Assimp::IOStream* Open(const char* name, const char*) override {
+    return Exists(name) ? new TextStream(text_) : nullptr;
+  }
+
+  void Close(Assimp::IOStream* stream) override { delete stream; }
+
+ private:
+  std::string name_;
+  const std::string& text_;
+};
+
+MeshFormat formatOf(const fs::path& file) {
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   });
-  if (extension != ".stl" && extension != ".obj" && extension != ".dae") {
-    refuse(file, "is not STL, OBJ or DAE");
-  }
-  std::error_code error;
-  if (!fs::is_regular_file(file, error)) refuse(file, "no such file");
-  const std::uintmax_t bytes = fs::file_size(file, error);
-  if (error) refuse(file, "cannot be read");
-  if (bytes > kMaxBytes) refuse(file, "is larger than 256 MiB");
+  if (extension == ".stl") return MeshFormat::kStl;
+  if (extension == ".obj") return MeshFormat::kObj;
+  if (extension == ".dae") return MeshFormat::kDae;
+  refuse(file, "is not STL, OBJ or DAE");
 }
 
 }  // namespace
 
 std::vector<Shape> readConvexMesh(const fs::path& file, const Eigen::Vector3d& scale) {
-  checkFile(file);
+  const MeshFormat format = formatOf(file);
+  const Result<std::string> text = readFileText(file, kMaxMib);
+  if (!text) refuse(file, text.error().detail);
+  if (auto faults = meshFaults(file, format, *text); !faults.empty()) {
+    throw FileError(std::move(faults));
+  }
   Assimp::Importer importer;
+  importer.SetIOHandler(new OneFile(file.string(), *text));  // the importer's from here on
   // URDF takes a Collada file's axes as written; assimp would turn them to y up. The unit is
   // honoured by assimp itself, in the root node's transform.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);

@@ -249,7 +249,8 @@ class UrdfChecker {
       checked_.meshes.emplace(key, readConvexMesh(mesh, scale));
     } catch (const FileError& error) {
       for (const FileFault& fault : error.faults()) {
-        faults_.add(form, at + ": mesh '" + uri + "': " + fault.message);
+        const std::string line = fault.line > 0 ? ":" + std::to_string(fault.line) : "";
+        faults_.add(form, at + ": mesh '" + uri + "'" + line + ": " + fault.message);
       }
     }
   }
