@@ -6,6 +6,7 @@
 #include "settings/roots.hpp"
 #include "settings/scene_resolver.hpp"
 
+#include <algorithm>
 #include <charconv>
 
 namespace handover {
@@ -64,6 +65,14 @@ void loadModels(const CellDescription& cell, const std::filesystem::path& root, 
   }
 }
 
+/// Whether robots, objects and tasks were read: else every name would seem unknown.
+bool entriesKnown(const YamlReport& report) {
+  return std::none_of(report.faults().begin(), report.faults().end(), [](const YamlFault& fault) {
+    return fault.path.empty() || fault.path == "robots" || fault.path == "objects" ||
+           fault.path == "tasks";
+  });
+}
+
 }  // namespace
 
 struct Cell::Data {
@@ -85,24 +94,28 @@ Cell Cell::load(const std::filesystem::path& file, const std::filesystem::path& 
   data->document = parseYaml(readSettingsText(file), shown_file);
   YamlReport report;
   data->description = readCell(data->document, report);
-  if (!report.clean()) throw FileError(report.inFile(shown_file));
+  if (!data->document.isMap()) throw FileError(report.inFile(shown_file));
+  if (report.clean()) {
+    for (const Variation& variation : data->description.variations) {
+      checkVariation(data->document, variation, report);
+    }
+  }
 
   std::vector<FileFault> robot_faults;
-  loadModels(data->description, root, models, report, robot_faults);
-  for (const Variation& variation : data->description.variations) {
-    checkVariation(data->document, variation, report);
-  }
-  if (report.clean() && robot_faults.empty()) {
+  YamlReport later = report.linesOnly();
+  loadModels(data->description, root, models, later, robot_faults);
+  if (later.clean() && robot_faults.empty() && entriesKnown(report)) {
     for (const RobotDescription& robot : data->description.robots) {
       data->models.emplace(robot.model, models.at(robot.model));
     }
-    ResolvedCell resolved = resolveCell(data->description, data->models, root, {}, report);
+    ResolvedCell resolved = resolveCell(data->description, data->models, root, {}, later);
     for (const SceneObject& object : resolved.scene.objects) {
       data->shapes.emplace(object.name, KnownShapes{object.geometry, object.shapes});
     }
     data->scene = std::make_shared<const Scene>(std::move(resolved.scene));
     data->tasks = std::move(resolved.tasks);
   }
+  report.addNew(later);  // what a value that is wrong already leads to is not said again
   std::vector<FileFault> faults = report.inFile(shown_file);
   faults.insert(faults.end(), robot_faults.begin(), robot_faults.end());
   if (!faults.empty()) throw FileError(std::move(faults));

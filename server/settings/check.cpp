@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/check.hpp"
 
+#include "core/model/file_text.hpp"
 #include "core/model/mesh_reader.hpp"
 #include "core/model/srdf_reader.hpp"
 #include "core/model/urdf_reader.hpp"
@@ -15,6 +16,8 @@ namespace handover {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::uint64_t kMaxMib = 16;  // an URDF's; what a file is tells its own bound
 
 bool isMesh(const fs::path& file) {
   std::string extension = file.extension().string();
@@ -40,9 +43,7 @@ bool isSrdf(const fs::path& file, const std::string& text) {
          hasAny(text, {"<group", "<disable_collisions", "<end_effector", "<virtual_joint"});
 }
 
-void checkSrdf(const fs::path& file, std::vector<FileFault>& faults) {
-  fs::path urdf_file = file;
-  urdf_file.replace_extension(".urdf");
+void checkSrdf(const fs::path& file, const fs::path& urdf_file, std::vector<FileFault>& faults) {
   std::error_code error;
   if (!fs::is_regular_file(urdf_file, error)) {
     faults.push_back({file.string(), 0, "its URDF " + urdf_file.string() + " does not exist"});
@@ -57,16 +58,44 @@ void checkSrdf(const fs::path& file, std::vector<FileFault>& faults) {
   }
 }
 
-void checkYaml(const fs::path& file, const std::string& text, const fs::path& root) {
+/// The files that a robot's settings name may have faults of their own besides those of the
+/// settings.
+void checkNamedFiles(const fs::path& file, const YamlNode& settings,
+                     std::vector<FileFault>& faults) {
+  const YamlNode* urdf = settings.find("urdf");
+  const YamlNode* srdf = settings.find("srdf");
+  if (urdf == nullptr || urdf->text.empty()) return;
+  const fs::path urdf_file = file.parent_path() / urdf->text;
+  if (srdf != nullptr && !srdf->text.empty()) {
+    checkSrdf(file.parent_path() / srdf->text, urdf_file, faults);
+  } else {
+    readUrdf(urdf_file, urdf_file.string(), faults);
+  }
+}
+
+void checkRobot(const fs::path& file, const YamlNode& document, const fs::path& root,
+                std::vector<FileFault>& faults) {
+  RobotSettings settings;
+  try {
+    settings = readRobotSettings(file, root);
+  } catch (const FileError& error) {
+    faults.insert(faults.end(), error.faults().begin(), error.faults().end());
+    return checkNamedFiles(file, document, faults);
+  }
+  loadRobot(settings);
+}
+
+void checkYaml(const fs::path& file, const std::string& text, const fs::path& root,
+               std::vector<FileFault>& faults) {
   const YamlNode document = parseYaml(text, file.string());
   const auto has = [&document](const char* key) { return document.find(key) != nullptr; };
   if (has("robots") || has("objects") || has("tasks")) {
     ModelCache models;
     Cell::load(file, root, models);
   } else if (has("urdf") || has("srdf") || has("arms") || has("hands")) {
-    loadRobot(readRobotSettings(file, root));
+    checkRobot(file, document, root, faults);
   } else if (has("cells") || has("domain") || has("threads") || has("transport") || has("cache") ||
-             has("log_level")) {
+             has("log_level") || has("profile") || has("discovery_servers")) {
     readDaemonSettings(file);
   } else {
     throw FileError({{file.string(), 0, "is no cell, robot or daemon settings"}});
@@ -74,16 +103,16 @@ void checkYaml(const fs::path& file, const std::string& text, const fs::path& ro
 }
 
 void checkFile(const fs::path& file, const fs::path& root, std::vector<FileFault>& faults) {
-  std::error_code error;
-  if (isMesh(file) && fs::is_regular_file(file, error)) {
+  if (isMesh(file)) {
     readConvexMesh(file, Eigen::Vector3d::Ones());
     return;
   }
-  const std::string text = readSettingsText(file);
-  if (!isXml(text)) {
-    checkYaml(file, text, root);
-  } else if (isSrdf(file, text)) {
-    checkSrdf(file, faults);
+  const Result<std::string> text = readFileText(file, kMaxMib);
+  if (!text) throw FileError({{file.string(), 0, text.error().detail}});
+  if (!isXml(*text)) {
+    checkYaml(file, *text, root, faults);
+  } else if (isSrdf(file, *text)) {
+    checkSrdf(file, fs::path(file).replace_extension(".urdf"), faults);
   } else {
     readUrdf(file, file.string(), faults);
   }

@@ -24,7 +24,7 @@ class SceneResolver {
     scene().cell = cell_.name;
     checkNames();
     for (const RobotDescription& robot : cell_.robots) addRobot(robot);
-    if (!report_.clean()) return std::move(out_);  // poses stand on the robots
+    if (scene().robots.size() != cell_.robots.size()) return std::move(out_);  // poses need them
     for (const ObjectDescription& object : cell_.objects) addObject(object);
     robot_states_.assign(cell_.robots.size(), State::kOpen);
     object_states_.assign(cell_.objects.size(), State::kOpen);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/yaml_node.hpp"
 
+#include "core/model/file_text.hpp"
 #include "core/model/robot_loader.hpp"
 
 #include <yaml-cpp/eventhandler.h>
@@ -200,6 +201,9 @@ std::string YamlNode::flowText() const {
 }
 
 YamlNode parseYaml(const std::string& text, const std::string& shown_file) {
+  if (const int line = lineOfBadText(text); line > 0) {
+    throw FileError({{shown_file, line, "is not UTF-8 text"}});
+  }
   try {
     std::istringstream stream(text);
     YAML::Parser parser(stream);

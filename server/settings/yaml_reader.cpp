@@ -55,6 +55,26 @@ int YamlReport::lineOf(const std::string& path) const {
   }
 }
 
+YamlReport YamlReport::linesOnly() const {
+  YamlReport report;
+  report.lines_ = lines_;
+  return report;
+}
+
+void YamlReport::addNew(const YamlReport& other) {
+  const auto leadsTo = [](const std::string& path, const std::string& inner) {
+    return inner.starts_with(path) && (inner.size() == path.size() || inner[path.size()] == '.');
+  };
+  const std::size_t own = faults_.size();
+  for (const YamlFault& fault : other.faults_) {
+    const auto known = faults_.begin() + static_cast<std::ptrdiff_t>(own);
+    const bool said = std::any_of(faults_.begin(), known, [&](const YamlFault& mine) {
+      return leadsTo(mine.path, fault.path) || leadsTo(fault.path, mine.path);
+    });
+    if (!said) faults_.push_back(fault);
+  }
+}
+
 std::vector<FileFault> YamlReport::inFile(const std::string& file) const {
   std::vector<FileFault> out;
   for (const YamlFault& fault : faults_) {

@@ -40,6 +40,12 @@ class YamlReport {
 
   bool clean() const { return faults_.empty(); }
 
+  /// Knows the same lines, and no fault.
+  YamlReport linesOnly() const;
+
+  /// Takes over the faults of another report that lie neither in nor around a value with a fault.
+  void addNew(const YamlReport& other);
+
   /// The faults as those of a file: `path: message`.
   std::vector<FileFault> inFile(const std::string& file) const;
 

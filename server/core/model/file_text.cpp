@@ -27,6 +27,17 @@ const char* oddKind(mode_t mode) {
   return "is a device, not a plain file";
 }
 
+/// Bytes of the character that this one begins; 0 if none does.
+std::size_t characterSize(unsigned char first) {
+  if (first == 0) return 0;
+  if (first < 0x80) return 1;
+  if (first >= 0xC2 && first < 0xE0) return 2;
+  if (first >= 0xE0 && first < 0xF0) return 3;
+  return first >= 0xF0 && first < 0xF5 ? 4 : 0;
+}
+
+bool goesOn(char c) { return (static_cast<unsigned char>(c) & 0xC0u) == 0x80; }
+
 class Descriptor {
  public:
   explicit Descriptor(const std::filesystem::path& file)
@@ -76,10 +87,25 @@ Result<std::string> readFileText(const std::filesystem::path& file, std::uint64_
   return text;
 }
 
+int lineOfBadText(std::string_view text) {
+  int line = 1;
+  for (std::size_t at = 0; at < text.size();) {
+    const auto byte = static_cast<unsigned char>(text[at]);
+    line += byte == '\n';
+    const std::size_t size = characterSize(byte);
+    if (size == 0 || size > text.size() - at) return line;
+    for (std::size_t i = 1; i < size; ++i) {
+      if (!goesOn(text[at + i])) return line;
+    }
+    at += size;
+  }
+  return 0;
+}
+
 std::string oneLine(std::string text) {
   if (text.size() > kMostShown) {
     std::size_t end = kMostShown;  // not within a character of several bytes
-    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0u) == 0x80) --end;
+    while (end > 0 && goesOn(text[end])) --end;
     text.resize(end);
     text += "...";
   }

@@ -2,6 +2,7 @@
 #include "core/model/mesh_checker.hpp"
 
 #include "core/model/number.hpp"
+#include "core/model/xml_reader.hpp"
 
 #include <tinyxml2.h>
 
@@ -100,6 +101,7 @@ class ObjChecker {
   bool checkLine(int number, std::string_view line) {
     const bool continued = continued_;  // such lines are left to assimp
     continued_ = line.ends_with("\\") || line.ends_with("\\\r");
+    line = line.substr(0, line.find('#'));
     if (line.size() < 2 || continued || continued_) return true;
     const std::string_view kind = line.substr(0, line.find_first_of(" \t\r"));
     if (kind == "v") {
@@ -201,6 +203,9 @@ class ColladaChecker {
   ColladaChecker(const std::string& text, Faults& faults) : bytes_(text.size()), faults_(faults) {}
 
   void check(const std::string& text) {
+    if (const int line = lineOfTooManyAttributes(text); line > 0) {
+      return faults_.add(line, "has an element with too many attributes");
+    }
     tinyxml2::XMLDocument document;
     if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
       return faults_.add(document.ErrorLineNum(),

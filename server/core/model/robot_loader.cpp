@@ -55,11 +55,13 @@ class RobotAssembler {
                  std::vector<FileFault>& faults)
       : settings_(settings), model_(model), srdf_(srdf), faults_(faults) {}
 
-  void assemble() {
+  /// Arms only where the SRDF had no fault: without the right groups much else would seem wrong.
+  void assemble(bool groups_known) {
     for (Joint& joint : model_.joints) {
       if (joint.type != JointType::kFixed) joint.acceleration = settings_.acceleration;
     }
     for (const HandSettings& hand : settings_.hands) addHand(hand);
+    if (!groups_known) return;
     for (const ArmSettings& arm : settings_.arms) addArm(arm);
     checkDofsUsedOnce();
     spreadToMimics();
@@ -344,7 +346,7 @@ RobotModel loadRobot(const RobotSettings& settings) {
   if (!faults.empty()) throw FileError(std::move(faults));  // names cannot be checked against it
   const std::filesystem::path srdf_file = settings.root / settings.srdf;
   const SrdfModel srdf = readSrdf(srdf_file, srdf_file.string(), urdf, faults);
-  if (!faults.empty()) throw FileError(std::move(faults));
+  const bool groups_known = faults.empty();
 
   RobotModel model;
   model.name = settings.name;
@@ -354,7 +356,7 @@ RobotModel loadRobot(const RobotSettings& settings) {
   model.links = std::move(urdf.links);
   model.joints = std::move(urdf.joints);
   model.dof_joints = std::move(urdf.dof_joints);
-  RobotAssembler(settings, model, srdf, faults).assemble();
+  RobotAssembler(settings, model, srdf, faults).assemble(groups_known);
   if (!faults.empty()) throw FileError(std::move(faults));
   model.content_hash = modelHash(model);
   return model;

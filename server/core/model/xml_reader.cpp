@@ -14,6 +14,7 @@ namespace handover {
 namespace {
 
 constexpr std::uint64_t kMaxMib = 16;
+constexpr std::size_t kMaxAttributes = 256;
 
 std::string where(const tinyxml2::XMLElement& element, const char* attribute) {
   return described(element) + ": " + attribute;
@@ -26,19 +27,6 @@ std::string shown(double value) {
 
 std::string inWords(std::size_t count) { return count == 3 ? "three" : std::to_string(count); }
 
-/// tinyxml2 takes an attribute that is there twice, which is no XML.
-void checkAttributeNames(const tinyxml2::XMLElement& element, XmlFaults& faults) {
-  std::set<std::string_view> names;
-  for (const auto* a = element.FirstAttribute(); a != nullptr; a = a->Next()) {
-    if (names.insert(a->Name()).second) continue;
-    faults.add(a->GetLineNum(), described(element) + " has the attribute " + a->Name() + " twice");
-  }
-  // As deep as tinyxml2 parses: 100 levels.
-  for (const auto* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-    checkAttributeNames(*e, faults);
-  }
-}
-
 }  // namespace
 
 const tinyxml2::XMLElement* parseXml(const std::filesystem::path& file,
@@ -48,10 +36,24 @@ const tinyxml2::XMLElement* parseXml(const std::filesystem::path& file,
     faults.add(0, content.error().detail);
     return nullptr;
   }
+  if (const int line = lineOfBadText(*content); line > 0) {
+    faults.add(line, "is not UTF-8 text");
+    return nullptr;
+  }
+  if (const int line = lineOfTooManyAttributes(*content); line > 0) {
+    faults.add(line,
+               "has an element with more than " + std::to_string(kMaxAttributes) + " attributes");
+    return nullptr;
+  }
   if (document.Parse(content->data(), content->size()) != tinyxml2::XML_SUCCESS) {
     faults.add(document.ErrorLineNum(),
                std::string("is not well-formed XML: ") +
                    tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID()));
+    return nullptr;
+  }
+  for (const auto* node = document.FirstChild(); node != nullptr; node = node->NextSibling()) {
+    if (node->ToUnknown() == nullptr) continue;
+    faults.add(node->GetLineNum(), "has a document type: entities are not read");
     return nullptr;
   }
   const tinyxml2::XMLElement* root = document.RootElement();
@@ -59,8 +61,31 @@ const tinyxml2::XMLElement* parseXml(const std::filesystem::path& file,
     faults.add(root == nullptr ? 0 : root->GetLineNum(), "has no <robot> as its root element");
     return nullptr;
   }
-  checkAttributeNames(*root, faults);
   return root;
+}
+
+int lineOfTooManyAttributes(std::string_view text) {
+  const auto after = [&text](std::string_view end, std::size_t from) {
+    const std::size_t at = text.find(end, from);
+    return at == text.npos ? text.size() : at + end.size();
+  };
+  for (std::size_t at = text.find('<'); at < text.size(); at = text.find('<', at)) {
+    if (text.substr(at).starts_with("<!--")) {
+      at = after("-->", at);
+    } else if (text.substr(at).starts_with("<![CDATA[")) {
+      at = after("]]>", at);
+    } else {
+      std::size_t attributes = 0;
+      for (++at; at < text.size() && text[at] != '>'; ++at) {
+        if (text[at] == '"' || text[at] == '\'') at = after(text.substr(at, 1), at + 1) - 1;
+        if (at < text.size() && text[at] == '=' && ++attributes > kMaxAttributes) {
+          return 1 + static_cast<int>(std::count(
+                         text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
+        }
+      }
+    }
+  }
+  return 0;
 }
 
 std::string requiredText(const tinyxml2::XMLElement& element, const char* attribute,

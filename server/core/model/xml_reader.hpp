@@ -41,6 +41,10 @@ class XmlFaults {
 const tinyxml2::XMLElement* parseXml(const std::filesystem::path& file,
                                      tinyxml2::XMLDocument& document, XmlFaults& faults);
 
+/// The first line of an element with more than 256 attributes (tinyxml2 compares each with all
+/// before it); 0: there is none.
+int lineOfTooManyAttributes(std::string_view text);
+
 /// The `name` attribute or another one that must be there and not empty; "" after a fault.
 std::string requiredText(const tinyxml2::XMLElement& element, const char* attribute,
                          XmlFaults& faults);

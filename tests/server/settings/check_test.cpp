@@ -51,7 +51,7 @@ TEST_F(CheckFiles, KnowsAFileByItsContent) {
                           HasSubstr("/d: is no cell, robot or daemon settings"),
                           HasSubstr("e.urdf does not exist"),
                           HasSubstr("f.yaml:6: arms.arm.hand: hand 'foot' is not defined"),
-                          HasSubstr("g.stl: cannot be read as a mesh"),
+                          HasSubstr("g.stl: is no STL"),
                           HasSubstr("/h: is no cell, robot or daemon settings"),
                           HasSubstr("/none: no such file")));
 }

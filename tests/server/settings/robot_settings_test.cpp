@@ -68,6 +68,29 @@ TEST(RobotSettings, FaultsAreReportedWithTheirLines) {
       faultsOf(with(kTinyYaml, "tool_link: palm", "tool_link: finger")),
       ElementsAre("6: arms.arm.tool_link: the joints of group 'arm' are not those between its base "
                   "and link 'finger'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "acceleration: 0.5", "acceleration: \"0.5\"")),
+              ElementsAre("6: arms.arm.acceleration: must be a finite number, not the text '0.5'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "  arm: {", "  ../arm: {")),
+              ElementsAre("6: arms.../arm: '../arm' is not a name: up to 64 letters, digits, '_' "
+                          "and '-'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "  hand:\n", "  a b:\n")),
+              ElementsAre("8: hands.a b: 'a b' is not a name: up to 64 letters, digits, '_' and "
+                          "'-'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "name: tiny", "name: ti/ny")),
+              ElementsAre("2: name: 'ti/ny' is not a name: up to 64 letters, digits, '_' and '-'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "srdf: tiny.srdf", "srdf: [tiny.srdf]")),
+              ElementsAre("4: srdf: must be a text, not a list"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "hand: hand, ", "hand: hand, shoulder: [0, 0], ")),
+              ElementsAre("6: arms.arm.shoulder: must be a list of three numbers"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "    palm_link: palm\n", "")),
+              ElementsAre("8: hands.hand: has no 'palm_link'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "finger_links: [finger]", "finger_links: finger")),
+              ElementsAre("11: hands.hand.finger_links: must be a list, not 'finger'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "open: {bend: 0}", "open: {bend: .nan}")),
+              ElementsAre("12: hands.hand.open.bend: must be a finite number, not '.nan'"));
+  EXPECT_THAT(
+      faultsOf(with(kTinyYaml, "    acceleration: 5\n", "    acceleration: 5\n    speed: 1\n")),
+      ElementsAre("15: hands.hand.speed: unknown key"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "closed: {bend: 1}", "closed: {bend: 2}")),
               ElementsAre("13: hands.hand.closed: joint 'bend' is outside its limits"));
 }

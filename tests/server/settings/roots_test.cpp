@@ -49,7 +49,12 @@ TEST_F(Roots, CacheFollowsTheSettingsThenXdg) {
   EXPECT_EQ(cacheFolder("here"), "here");
   ::setenv("XDG_CACHE_HOME", "/xdg", 1);
   EXPECT_EQ(cacheFolder(""), "/xdg/handover");
+  const std::string home = std::getenv("HOME") == nullptr ? "" : std::getenv("HOME");
+  ::setenv("HOME", "/home/me", 1);
+  ::setenv("XDG_CACHE_HOME", "relative", 1);  // to be ignored, says its specification
+  EXPECT_EQ(cacheFolder(""), "/home/me/.cache/handover");
   ::unsetenv("XDG_CACHE_HOME");
+  ::setenv("HOME", home.c_str(), 1);
 }
 
 }  // namespace

@@ -62,6 +62,22 @@ TEST(DaemonSettings, FaultsAreReportedWithTheirLines) {
       faultsOf("version: 1\ntransport: shm\n"),
       ElementsAre(
           "2: transport: must be one of loopback, lan, discovery_server, profile, not 'shm'"));
+  EXPECT_THAT(faultsOf("version: '1'\n"),
+              ElementsAre("1: version: must be a whole number from 1 to 1, not the text '1'"));
+  EXPECT_THAT(faultsOf("version: 1\ndomain: 1e400\n"),
+              ElementsAre("2: domain: must be a whole number from 0 to 232, not '1e400'"));
+  EXPECT_THAT(faultsOf("version: 1\ndomain: 1,0\n"),
+              ElementsAre("2: domain: must be a whole number from 0 to 232, not '1,0'"));
+  EXPECT_THAT(faultsOf("version: 1\ncells: [[a]]\n"),
+              ElementsAre("2: cells.0: must be a text, not a list"));
+  EXPECT_THAT(faultsOf("version: 1\ndiscovery_servers: a:1\n"),
+              ElementsAre("2: discovery_servers: must be a list, not 'a:1'"));
+  EXPECT_THAT(faultsOf("version: 1\nprofile: [a]\n"),
+              ElementsAre("2: profile: must be a text, not a list"));
+  EXPECT_THAT(faultsOf("version: 1\ncache: {}\n"),
+              ElementsAre("2: cache: must be a text, not a map"));
+  EXPECT_THAT(faultsOf("version: 1\ntransport: discovery_server\n"),
+              ElementsAre("2: transport: discovery_server needs discovery_servers: [host:port]"));
   EXPECT_THAT(faultsOf("version: 1\ntransport: profile\n"),
               ElementsAre("2: transport: profile needs profile: FILE"));
   EXPECT_THAT(

@@ -31,7 +31,8 @@ TEST(YamlNode, KeepsOrderAndLines) {
 }
 
 TEST(YamlNode, IsWrittenOnOneLineAsItWasRead) {
-  for (const char* text : {"[1, -0.5, {a: b, c: \"x: y\"}]", "~", "abc", "{}", "\"\""}) {
+  for (const char* text :
+       {"[\"1\", 1]", "[1, -0.5, {a: b, c: \"x: y\"}]", "~", "abc", "{}", "\"\""}) {
     EXPECT_EQ(parseYaml(text, "").flowText(), text);
   }
 }
@@ -52,7 +53,8 @@ TEST(YamlNode, IsOneCopyPerAlias) {
 }
 
 TEST(YamlNode, RefusesAliasesThatNeverEndOrUnfoldTooFar) {
-  EXPECT_THAT(refusalOf("a: &a [*a]"), ::testing::HasSubstr("nested too deep"));
+  EXPECT_THAT(refusalOf("a: &a [*a]"),
+              ::testing::HasSubstr("a.yaml:1: holds an alias of what it lies in"));
   std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
   for (int i = 1; i < 10; ++i) {
     const std::string name = "a" + std::to_string(i), below = "*a" + std::to_string(i - 1) + " ";
@@ -60,8 +62,43 @@ TEST(YamlNode, RefusesAliasesThatNeverEndOrUnfoldTooFar) {
     for (int k = 0; k < 9; ++k) bomb += below + ", ";
     bomb += below + "]\n";
   }
-  EXPECT_THAT(refusalOf(bomb), ::testing::HasSubstr("too many values"));
+  EXPECT_THAT(refusalOf(bomb), ::testing::HasSubstr("a.yaml:5: holds more than 50000 values"));
   EXPECT_THAT(refusalOf("a: [\n"), ::testing::StartsWith("a.yaml:2: is not well-formed YAML: "));
+}
+
+TEST(YamlNode, RefusesWhatWouldBeDroppedInSilence) {
+  EXPECT_EQ(refusalOf("a: 1\n---\nb: 2\n"), "a.yaml:2: has a second document");
+  EXPECT_EQ(refusalOf("a: 1\nb: !foo 2\n"), "a.yaml:2: has the tag '!foo': none is known here");
+  EXPECT_EQ(refusalOf("a: !foo [1]\n"), "a.yaml:1: has the tag '!foo': none is known here");
+  EXPECT_EQ(refusalOf("---\na: 1\n...\n"), "");
+}
+
+TEST(YamlNode, TellsQuotedFromPlain) {
+  const YamlNode node = parseYaml("[1, \"1\", '1']", "");
+  EXPECT_FALSE(node.values[0].quoted);
+  EXPECT_TRUE(node.values[1].quoted);
+  EXPECT_TRUE(node.values[2].quoted);
+}
+
+TEST(YamlNode, RefusesDepthAndSizeSoon) {
+  EXPECT_EQ(refusalOf(std::string(200'000, '[')), "a.yaml:1: is nested deeper than 64 levels");
+  std::string maps, blocks;
+  for (int i = 0; i < 100'000; ++i) maps += "{a: ";
+  for (int i = 0; i < 100'000; ++i) blocks += "- ";
+  EXPECT_EQ(refusalOf(maps), "a.yaml:1: is nested deeper than 64 levels");
+  EXPECT_EQ(refusalOf(blocks + "a"), "a.yaml:1: is nested deeper than 64 levels");
+  std::string flat = "[";
+  for (int i = 0; i < 1'000'000; ++i) flat += "1,";
+  EXPECT_EQ(refusalOf(flat + "]"), "a.yaml:1: holds more than 50000 values");
+}
+
+TEST(YamlNode, IsUtf8Text) {
+  EXPECT_EQ(refusalOf("a: 1\nb: \xFF\n"), "a.yaml:2: is not UTF-8 text");
+  EXPECT_EQ(refusalOf(std::string("a: \0", 4)), "a.yaml:1: is not UTF-8 text");
+  EXPECT_EQ(refusalOf("\xEF\xBB\xBF"
+                      "a: gr\xC3\xBC\xC3\x9F"
+                      "e\n"),
+            "");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "support/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include <cstring>
 
@@ -225,8 +226,8 @@ TEST_F(ReadConvexMesh, ForgivesATenthOfAMillimetre) {
 
 TEST_F(ReadConvexMesh, RefusesOtherFormatsAndDamage) {
   EXPECT_THAT(faultOf("a.ply", "ply\n"), HasSubstr("is not STL, OBJ or DAE"));
-  EXPECT_THAT(faultOf("a.dae", "<COLLADA"), HasSubstr("cannot be read as a mesh"));
-  EXPECT_THAT(faultOf("a.stl", "hello"), HasSubstr("cannot be read as a mesh"));
+  EXPECT_THAT(faultOf("a.dae", "<COLLADA"), HasSubstr("a.dae:1: is not well-formed XML"));
+  EXPECT_THAT(faultOf("a.stl", "hello"), HasSubstr("a.stl: is no STL"));
   EXPECT_NE(faultOf("a.obj", "o x\nv 0 0\nf 1 2 9\n"), "read");
   EXPECT_NE(faultOf("b.obj", ""), "read");
   EXPECT_NE(faultOf("c.obj", "o x\nv 0 0 0\nv 1 0 0\nv nan 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\n"),
@@ -235,6 +236,157 @@ TEST_F(ReadConvexMesh, RefusesOtherFormatsAndDamage) {
   cut.resize(cut.size() - 60);
   EXPECT_NE(faultOf("cut.stl", cut), "read");
   EXPECT_THROW(readConvexMesh(folder_.path() / "none.stl", Eigen::Vector3d::Ones()), FileError);
+}
+
+constexpr const char* kObj =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  if (at == std::string::npos) throw std::runtime_error("no " + from);
+  return text.replace(at, from.size(), to);
+}
+
+TEST_F(ReadConvexMesh, NamesTheLineOfAnObjsFault) {
+  const auto fault = [&](const std::string& from, const std::string& to) {
+    return faultOf("a.obj", replaced(kObj, from, to));
+  };
+  EXPECT_EQ(faultOf("a.obj", kObj), "read");
+  EXPECT_THAT(fault("v 1 0 0", "v nan 0 0"),
+              HasSubstr("a.obj:2: vertex is not a finite number: 'nan'"));
+  EXPECT_THAT(fault("v 1 0 0", "v 1e400 0 0"),
+              HasSubstr("a.obj:2: vertex is not a finite number: '1e400'"));
+  EXPECT_THAT(fault("v 1 0 0", "v 1,5 0 0"),
+              HasSubstr("a.obj:2: vertex is not a finite number: '1,5'"));
+  EXPECT_THAT(fault("v 1 0 0", "v 1 0"),
+              HasSubstr("a.obj:2: a vertex has fewer than three numbers"));
+  EXPECT_THAT(fault("f 2 3 4", "f 2 3 5"), HasSubstr("a.obj:7: a face names vertex '5' of 4"));
+  EXPECT_THAT(fault("f 2 3 4", "f 2 3 -5"), HasSubstr("a.obj:7: a face names vertex '-5' of 4"));
+  EXPECT_THAT(fault("f 2 3 4", "f 2 3 0"), HasSubstr("a.obj:7: a face names vertex '0' of 4"));
+  EXPECT_THAT(fault("f 2 3 4", "f 2 3 99999999999999999999"), HasSubstr("a.obj:7: a face names"));
+  EXPECT_THAT(faultOf("a.obj", "v 0 0 0\nv 1 0 0\n"), HasSubstr("a.obj: holds no triangles"));
+  EXPECT_THAT(faultOf("a.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n"), HasSubstr("holds no triangles"));
+  EXPECT_THAT(fault("v 1 0 0", "v 2000 0 0"), HasSubstr("beyond 1 km"));
+  EXPECT_EQ(fault("v 1 0 0", "v 1 0 0 # a corner"), "read");
+}
+
+TEST_F(ReadConvexMesh, NamesTheLineOfAColladaFault) {
+  const std::string good = dae("1", "Z_UP");
+  const auto fault = [&](const std::string& from, const std::string& to) {
+    return faultOf("a.dae", replaced(good, from, to));
+  };
+  EXPECT_EQ(faultOf("a.dae", good), "read");
+  EXPECT_THAT(fault("meter=\"1\"", "meter=\"0\""),
+              HasSubstr("a.dae:3: <unit>: meter is not a number above 0: '0'"));
+  EXPECT_THAT(fault("meter=\"1\"", "meter=\"0,01\""), HasSubstr("a.dae:3: <unit>: meter"));
+  EXPECT_THAT(fault("0 0 0 1 0 0", "0 0 inf 1 0 0"),
+              HasSubstr("a.dae:5: <float_array> is not a finite number: 'inf'"));
+  EXPECT_THAT(fault("5 0 0", "5 nan 0"), HasSubstr("<translate> is not a finite number: 'nan'"));
+  EXPECT_THAT(fault("count=\"12\"", "count=\"4000000000\""),
+              HasSubstr("a.dae:5: <float_array>: count does not fit the file: '4000000000'"));
+  EXPECT_THAT(fault("offset=\"0\"", "offset=\"-1\""), HasSubstr("<input>: offset does not fit"));
+  EXPECT_THAT(fault("0 3 2</p>", "0 3 9</p>"), HasSubstr("cannot be read as a mesh"));
+  EXPECT_THAT(fault("COLLADA xmlns", "HTML xmlns"), HasSubstr("is not well-formed XML"));
+  EXPECT_THAT(faultOf("a.dae", "<html/>"), HasSubstr("a.dae:1: has no <COLLADA> as its root"));
+}
+
+TEST_F(ReadConvexMesh, RefusesColladaNodesWithoutEnd) {
+  const std::string good = dae("1", "Z_UP");
+  const auto with_nodes = [&](const std::string& nodes) {
+    return replaced(replaced(good, "<library_visual",
+                             "<library_nodes>" + nodes + "</library_nodes><library_visual"),
+                    "<node id=\"n2\">", "<node id=\"n2\"><instance_node url=\"#x0\"/>");
+  };
+  EXPECT_THAT(faultOf("a.dae", with_nodes("<node id='x0'><instance_node url='#x0'/></node>")),
+              HasSubstr("<node> holds an instance of itself"));
+  std::string chain, bomb;
+  for (int i = 0; i < 1000; ++i) {
+    const std::string next = "<instance_node url='#x" + std::to_string(i + 1) + "'/>";
+    chain += "<node id='x" + std::to_string(i) + "'>" + next + "</node>";
+    if (i < 8) {
+      bomb += "<node id='x" + std::to_string(i) + "'>";
+      for (int k = 0; k < 10; ++k) bomb += next;
+      bomb += "</node>";
+    }
+  }
+  EXPECT_THAT(faultOf("a.dae", with_nodes(chain)), HasSubstr("<node> is nested too deep"));
+  EXPECT_THAT(faultOf("a.dae", with_nodes(bomb)),
+              HasSubstr("has more than 4096 nodes and instances"));
+  std::string deep = good;
+  for (int i = 0; i < 100'000; ++i) deep += "<node>";
+  EXPECT_THAT(faultOf("a.dae", replaced(good, "<node id=\"parent\">", deep)),
+              HasSubstr("is not well-formed XML"));
+}
+
+TEST_F(ReadConvexMesh, NamesTheFaultsOfAnStl) {
+  std::string lie = binaryStl(tetrahedron());
+  for (const char count : {0, 2, 5, 127}) {
+    lie[80] = count;
+    EXPECT_THAT(faultOf("a.stl", lie), HasSubstr("a count of triangles that fits the size, 4"));
+  }
+  auto triangles = tetrahedron();
+  triangles[2][1].x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(faultOf("a.stl", binaryStl(triangles)),
+              HasSubstr("triangle 2 has a vertex that is not finite"));
+  EXPECT_THAT(faultOf("a.stl", asciiStl(triangles)),
+              HasSubstr("a.stl:19: vertex is not a finite number"));
+  EXPECT_THAT(faultOf("a.stl", replaced(asciiStl(tetrahedron()), "1.0", "1,0")),
+              HasSubstr("a.stl:5: vertex is not a finite number: '1,000000'"));
+  const Eigen::Vector3d o(0, 0, 0);
+  EXPECT_THAT(faultOf("a.stl", binaryStl({{o, o, o}})), HasSubstr("holds no triangles"));
+}
+
+TEST_F(ReadConvexMesh, OfAnySizeIsRefusedSoon) {
+  for (const char* name : {"a.stl", "a.obj", "a.dae"}) {
+    const auto sparse = folder_.write(name, "");
+    std::filesystem::resize_file(sparse, std::uintmax_t{2} << 30);
+    try {
+      readConvexMesh(sparse, Eigen::Vector3d::Ones());
+      FAIL();
+    } catch (const FileError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("is larger than 64 MiB"));
+    }
+  }
+  std::string faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\n", polygon = faces + "f", objects = kObj;
+  for (int i = 0; i < 600'000; ++i) faces += "f 1 2 3\n";
+  for (int i = 0; i < 1000; ++i) polygon += " 1 2 3";
+  for (int i = 0; i < 5000; ++i) objects += "o o" + std::to_string(i) + "\nf 1 3 2\n";
+  EXPECT_THAT(faultOf("a.obj", faces), HasSubstr("a.obj:500004: has more than 500000 triangles"));
+  EXPECT_THAT(faultOf("a.obj", polygon),
+              HasSubstr("a.obj:4: a face has 3000 corners, more than 256"));
+  EXPECT_THAT(faultOf("a.obj", objects),
+              HasSubstr("has more than 4096 objects, groups and materials"));
+  EXPECT_THAT(faultOf("a.stl", binaryStl(std::vector<std::array<Eigen::Vector3d, 3>>(
+                                   500'001, tetrahedron()[0]))),
+              HasSubstr("has more than 500000 triangles"));
+}
+
+TEST_F(ReadConvexMesh, OpensNoOtherFile) {
+  ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);  // to open it would wait for ever
+  EXPECT_EQ(read("a.obj", std::string("mtllib pipe\n") + kObj).size(), 1u);
+}
+
+TEST_F(ReadConvexMesh, MustBeAPlainFile) {
+  std::filesystem::create_directory(folder_ / "folder.obj");
+  ASSERT_EQ(::mkfifo((folder_ / "pipe.obj").c_str(), 0600), 0);
+  std::filesystem::create_symlink("/dev/zero", folder_ / "zero.obj");
+  std::filesystem::create_symlink("loop.obj", folder_ / "loop.obj");
+  folder_.write("real.obj", kObj);
+  std::filesystem::create_symlink("real.obj", folder_ / "link.obj");
+  const auto fault = [&](const char* name) -> std::string {
+    try {
+      readConvexMesh(folder_ / name, Eigen::Vector3d::Ones());
+    } catch (const FileError& error) {
+      return error.faults().at(0).message;
+    }
+    return "read";
+  };
+  EXPECT_EQ(fault("folder.obj"), "is a folder, not a file");
+  EXPECT_EQ(fault("pipe.obj"), "is a pipe, not a plain file");
+  EXPECT_EQ(fault("zero.obj"), "is a device, not a plain file");
+  EXPECT_THAT(fault("loop.obj"), HasSubstr("cannot be read: "));
+  EXPECT_EQ(fault("link.obj"), "read");
+  EXPECT_EQ(fault("none.obj"), "no such file");
 }
 
 TEST_F(ReadConvexMesh, FitsIntoCompoundGeometry) {

@@ -274,6 +274,37 @@ TEST_F(LoadRobot, RefusesFaultsOfTheSrdfByLine) {
        "tiny.srdf:8: <disable_collisions>: a link with itself"},
       {R"(<robot name="tiny">)", R"(<robot name="huge">)",
        "tiny.srdf:1: robot 'huge' is called 'tiny' in the URDF"},
+      {R"(link2="head" reason="Never")", R"(link2="head" reason="never")",
+       "tiny.srdf:9: <disable_collisions>: unknown reason 'never': Adjacent, Always, Never, "
+       "Default or User"},
+      {R"(link2="head" reason="Never")", R"(link2="head")",
+       "tiny.srdf:9: <disable_collisions> has no reason"},
+      {R"(link1="palm" link2="head" reason="Never")",
+       R"(link1="base" link2="upper" reason="Never")",
+       "tiny.srdf:9: <disable_collisions>: 'base' and 'upper' have two reasons"},
+      {"<disable_collisions link1=\"palm\"", "<disable_collision link1=\"palm\"",
+       "tiny.srdf:9: <robot> 'tiny' has the unknown element <disable_collision>"},
+      {R"(<link name="finger_b"/></group>)", R"(<links name="finger_b"/></group>)",
+       "tiny.srdf:3: <group> 'hand' has the unknown element <links>"},
+      {R"(<group name="hand"><joint name="a"/>)", R"(<group name="arm"><joint name="a"/>)",
+       "tiny.srdf:3: <group> 'arm' is defined twice"},
+      {R"(parent_link="palm")", R"(parent_link="fist")",
+       "tiny.srdf:5: <end_effector>: link 'fist' is not in the URDF"},
+      {"</robot>", R"(<end_effector name="gripper" parent_link="palm" group="hand"/></robot>)",
+       "tiny.srdf:10: <end_effector> 'gripper' is defined twice"},
+      {"</robot>", R"(<passive_joint name="x"/></robot>)",
+       "tiny.srdf:10: <passive_joint>: joint 'x' is not in the URDF"},
+      {"</robot>", R"(<virtual_joint name="v" child_link="x"/></robot>)",
+       "tiny.srdf:10: <virtual_joint>: link 'x' is not in the URDF"},
+      {R"(name="home" group="hand")", R"(name="home" group="leg")",
+       "tiny.srdf:7: <group_state> 'home': group 'leg' is not defined"},
+      {R"(name="home" group="hand")", R"(name="home" group="arm")",
+       "tiny.srdf:7: <group_state> 'home': joint 'a' is not in group 'arm'"},
+      {R"(<joint name="a" value="0.7"/>)", R"(<joint name="wrist" value="0"/>)",
+       "tiny.srdf:7: <group_state> 'home': joint 'wrist' is fixed"},
+      {R"(<joint name="a" value="0.7"/>)",
+       R"(<joint name="a" value="0.7"/><joint name="a" value="0.8"/>)",
+       "tiny.srdf:7: <group_state> 'home': joint 'a' has two values"},
       {"</robot>", "", "tiny.srdf:1: is not well-formed XML"},
   };
   for (const BadCase& bad : cases) {
@@ -281,6 +312,24 @@ TEST_F(LoadRobot, RefusesFaultsOfTheSrdfByLine) {
     replace(srdf_, bad.from, bad.to);
     EXPECT_THAT(loadFault(), HasSubstr(bad.message));
   }
+}
+
+TEST_F(LoadRobot, RefusesAnSrdfOfTooManyGroups) {
+  std::string groups;
+  for (int i = 0; i < 50'000; ++i) {  // each within the one before
+    groups += "<group name='g" + std::to_string(i) + "'><group name='g" + std::to_string(i + 1) +
+              "'/></group>";
+  }
+  srdf_ = "<robot name='tiny'>" + groups + "</robot>";
+  EXPECT_THAT(loadFault(), HasSubstr("tiny.srdf:1: has 50000 groups with 0 chains, more than 256"));
+}
+
+TEST_F(LoadRobot, TellsOfSettingsBesidesTheSrdf) {
+  replace(srdf_, "\"Never\"", "\"never\"");
+  settings_.hands[0].palm_link = "x";
+  const std::string faults = loadFault();
+  EXPECT_THAT(faults, HasSubstr("tiny.srdf:9: "));
+  EXPECT_THAT(faults, HasSubstr("hands.hand.palm_link: link 'x' is not in the URDF"));
 }
 
 TEST_F(LoadRobot, RefusesSettingsThatDoNotFit) {
@@ -311,6 +360,22 @@ TEST_F(LoadRobot, RefusesSettingsThatDoNotFit) {
               HasSubstr("hands.hand.fingers: joint 'b' mimics another"));
   EXPECT_THAT(faultOf([](auto& s) { s.hands[0].fingers = {{"neck"}}; }),
               HasSubstr("joint 'neck' is not among those of open"));
+  EXPECT_THAT(faultOf([](auto& s) { s.hands[0].palm_link = "head"; }),
+              HasSubstr("arms.arm.hand: the palm of hand 'hand' does not hang on this arm"));
+  EXPECT_THAT(faultOf([](auto& s) { s.hands[0].finger_links = {"head"}; }),
+              HasSubstr("hands.hand.finger_links: link 'head' is no part of the hand"));
+  EXPECT_THAT(faultOf([](auto& s) {
+                s.hands[0].finger_links = {"finger_a", "finger_a"};
+              }),
+              HasSubstr("hands.hand.finger_links: link 'finger_a' is there twice"));
+  EXPECT_THAT(faultOf([](auto& s) {
+                s.hands[0].fingers = {{"a"}, {}};
+              }),
+              HasSubstr("hands.hand.fingers: a finger has no joint"));
+  EXPECT_THAT(faultOf([](auto& s) {
+                s.hands[0].fingers = {{"a"}, {"a"}};
+              }),
+              HasSubstr("hands.hand.fingers: joint 'a' is there twice"));
   EXPECT_THAT(faultOf([](auto& s) {
                 s.hands[0].open = {{"a", 1.3}};
               }),
