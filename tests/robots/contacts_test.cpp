@@ -2,11 +2,13 @@
 // What of a robot touches itself: nothing in a named state, and what the SRDF says always does.
 #include "core/collision/collision_scene.hpp"
 #include "core/collision/self_collision.hpp"
+#include "core/collision/state_checker.hpp"
 #include "robot_files.hpp"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
+#include <random>
 
 namespace handover {
 namespace {
@@ -70,6 +72,82 @@ TEST_P(RobotContacts, NamedStatesAreFree) {
                     << world.scene().name(contact.b) << ", " << contact.depth << " m";
     }
   }
+}
+
+/// Motions of an arm among posts, some of them touching: the proof along the whole motion against a
+/// look at a thousand states of it.
+TEST_P(RobotContacts, NoContactOnAMotionEscapesTheProof) {
+  std::mt19937_64 random(3);
+  const auto in = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  int free = 0, touching = 0;
+  const bool crichton = std::string(GetParam()) == "crichton";
+  for (const char* wrist :
+       {crichton ? "left_L7_link" : "Body_LWR", crichton ? "right_L7_link" : "Body_RWR"}) {
+    std::vector<int> dofs;
+    for (int link = model_.findLink(wrist); link > 0;) {
+      const Joint& joint = model_.joints[static_cast<std::size_t>(
+          model_.links[static_cast<std::size_t>(link)].parent_joint)];
+      if (joint.dof >= 0 && dofs.size() < 7) dofs.insert(dofs.begin(), joint.dof);
+      link = joint.parent_link;
+    }
+    ASSERT_EQ(dofs.size(), 7u);
+    Scene scene;
+    scene.robots.push_back({"robot",
+                            std::make_shared<const RobotModel>(model_),
+                            Pose::Identity(),
+                            model_.named_states.begin()->second,
+                            {}});
+    for (int post = 0; post < 12; ++post) {
+      SceneObject object;
+      object.name = "post" + std::to_string(post);
+      object.shapes = {{Pose::Identity(), BoxShape{{0.04, 0.06, 0.5}}}};
+      object.X_WO = Pose::Identity();
+      object.X_WO.translation() = Eigen::Vector3d(in(-0.9, 0.9), in(-0.9, 0.9), in(-0.5, 1.5));
+      object.X_WO.rotate(
+          Eigen::AngleAxisd(in(0, 3), Eigen::Vector3d(1, in(-1, 1), 1).normalized()));
+      scene.objects.push_back(object);
+    }
+    CollisionWorld world(std::make_shared<const CollisionScene>(scene));
+    StateChecker checker(world, {world.scene(), 0, dofs});
+    const auto draw = [&] {
+      Eigen::VectorXd q(7);
+      for (std::size_t i = 0; i < 7; ++i) {
+        const auto dof = static_cast<std::size_t>(dofs[i]);
+        const Joint& joint = model_.joints[static_cast<std::size_t>(model_.dof_joints[dof])];
+        q[static_cast<Eigen::Index>(i)] = in(joint.lower, joint.upper);
+      }
+      return q;
+    };
+    for (int round = 0; round < 60; ++round) {
+      std::vector<Eigen::VectorXd> waypoints{draw()};
+      for (int k = 0; k < 200 && !checker.valid(waypoints.front()); ++k) waypoints = {draw()};
+      // Near ones too: there proofs are few and fine.
+      const double reach = round % 2 == 0 ? 1.0 : 0.1;
+      for (int k = 0; k < 2; ++k) {
+        waypoints.push_back(waypoints.back() + reach * (draw() - waypoints.back()));
+      }
+      const PolylineMotion motion(waypoints);
+      const bool proven = checker.validAlong(motion);
+      EXPECT_EQ(!checker.hitAlong(motion).has_value(), proven);
+      ++(proven ? free : touching);
+      constexpr int kLooks = 1000;
+      double deepest = -1;
+      for (int k = 0; k <= kLooks && proven; ++k) {
+        const double at = 2.0 * k / kLooks;
+        const int segment = std::min(1, static_cast<int>(at));
+        const auto& from = waypoints[static_cast<std::size_t>(segment)];
+        const auto& to = waypoints[static_cast<std::size_t>(segment) + 1];
+        for (const BodyContact& it : checker.contacts(from + (at - segment) * (to - from))) {
+          deepest = std::max(deepest, it.depth);
+        }
+      }
+      EXPECT_LE(deepest, -CollisionWorld::kLeastClearance + 1e-6) << wrist << " " << round;
+    }
+  }
+  EXPECT_GT(free, 20);
+  EXPECT_GT(touching, 10);
 }
 
 INSTANTIATE_TEST_SUITE_P(Robots, RobotContacts, ::testing::Values("crichton", "hubo"));

@@ -3,8 +3,10 @@
 // worker.
 #pragma once
 
+#include "core/collision/moving_groups.hpp"
 #include "core/model/scene.hpp"
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -95,23 +97,51 @@ class PairList {
 
   const std::vector<std::pair<BodyId, BodyId>>& pairs() const { return pairs_; }
 
- private:
-  friend class CollisionWorld;
-
   // The first bodies of the pairs, in groups of at most 64, and for every second body the ones that
   // it is paired with: its box is tested against all of them at once.
   struct Row {
+    int group;
     BodyId other;
     std::uint64_t movers;  ///< bit i: paired with the group's i-th body
   };
 
-  struct Group {
-    std::vector<BodyId> movers;
-    std::vector<Row> rows;  ///< objects before links
-  };
+  /// The same pairs, by group; in each, objects before links.
+  const std::vector<Row>& rows() const { return rows_; }
+
+  template <typename Visit>
+  void forEachMover(const Row& row, const Visit& visit) const {
+    const std::vector<BodyId>& movers = movers_[static_cast<std::size_t>(row.group)];
+    for (std::uint64_t bits = row.movers; bits != 0; bits &= bits - 1) {
+      visit(movers[static_cast<std::size_t>(std::countr_zero(bits))]);
+    }
+  }
+
+ private:
+  friend class CollisionWorld;
 
   std::vector<std::pair<BodyId, BodyId>> pairs_;
-  std::vector<Group> groups_;
+  std::vector<std::vector<BodyId>> movers_;  ///< by group
+  std::vector<Row> rows_;
+};
+
+/// A body that moves with a group of the moving robot.
+struct MovingBody {
+  BodyId body = -1;
+  int group = -1;
+  Pose X_GB = Pose::Identity();  ///< of the body in the group
+  Ball ball;                     ///< round the body, margin included; in the group
+};
+
+/// How far bodies may still travel from where they stand.
+struct BodyTravel {
+  const MovingGroups& groups;
+  const std::vector<MovingBody>& moving;
+  const std::vector<int>& index;  ///< in `moving`, by body; -1: stands still
+
+  /// In the world [m].
+  double of(BodyId body) const;
+  /// Towards each other [m].
+  double approach(BodyId a, BodyId b) const;
 };
 
 /// One worker's collision world over a CollisionScene: body poses that can be set, Bullet's
@@ -143,6 +173,19 @@ class CollisionWorld {
 
   /// True when no pair of the list touches (margins included). The first pair found goes to `hit`.
   bool isFree(const PairList& pairs, BodyContact* hit = nullptr);
+  /// The same while the bodies travel: false when a pair of `rows` touches as they stand (it goes
+  /// to `hit`). Of the others, those that are not proven to stay apart by kLeastClearance go to
+  /// `undecided`. Pairs that can come no nearer than that are never undecided.
+  /// @param rows  of `pairs`, or what an earlier call left undecided.
+  bool staysFree(const PairList& pairs, const PairList::Row* rows, std::size_t count,
+                 const BodyTravel& travel, std::vector<PairList::Row>& undecided,
+                 BodyContact* hit = nullptr);
+
+  /// [m] that shapes keep apart all along a motion, their margins taken off. Where a motion is
+  /// looked at they are at least two margins apart, so that no pair is looked at more often than
+  /// its bodies travel twice the difference.
+  static constexpr double kLeastClearance = 0.0005;
+
   /// Every touching pair of the list, with depth.
   std::vector<BodyContact> contacts(const PairList& pairs);
   /// Distance of two bodies up to `max_distance`; nullopt if they are farther apart. Margins taken

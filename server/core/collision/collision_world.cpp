@@ -16,6 +16,10 @@
 namespace handover {
 namespace {
 
+// Bodies that travel farther than this [m] are nearly always too near to others for a proof that they
+// stay apart: such a stretch of a motion is divided first.
+constexpr double kFarTravel = 0.12;
+
 // An axis-aligned box in world. Its faces are touched as well.
 struct Aabb {
   Eigen::Vector3d lower = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
@@ -51,6 +55,14 @@ struct FloatBox {
     }
   }
 
+  void grow(double by) {
+    const auto more = static_cast<float>(by * (1 + 1e-6));
+    for (std::size_t i = 0; i < 3; ++i) {
+      lower[i] -= more;
+      upper[i] += more;
+    }
+  }
+
   void add(const FloatBox& other) {
     for (std::size_t i = 0; i < 3; ++i) {
       lower[i] = std::min(lower[i], other.lower[i]);
@@ -74,12 +86,13 @@ class BoxRow {
 
   void clear() { count_ = 0; }
 
-  void push(const FloatBox& box) {
+  /// Those in between that are not set mean nothing.
+  void set(std::size_t i, const FloatBox& box) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      lower_[axis][count_] = box.lower[axis];
-      upper_[axis][count_] = box.upper[axis];
+      lower_[axis][i] = box.lower[axis];
+      upper_[axis][i] = box.upper[axis];
     }
-    ++count_;
+    count_ = std::max(count_, i + 1);
   }
 
   /// Bit i: the i-th box overlaps `box`. Bits beyond the boxes pushed mean nothing.
@@ -118,6 +131,10 @@ double squaredGap(const Aabb& a, const Aabb& b) {
   return gap.squaredNorm();
 }
 
+double squaredMiddles(const Aabb& a, const Aabb& b) {
+  return 0.25 * (a.lower + a.upper - b.lower - b.upper).squaredNorm();
+}
+
 Aabb worldBox(const Pose& X_WBody, const SceneShape& shape) {
   const Eigen::Matrix3d R = X_WBody.linear() * shape.X_BBox.linear();
   const Eigen::Vector3d half = R.cwiseAbs() * shape.box_half;
@@ -139,23 +156,38 @@ PairList::PairList(std::vector<std::pair<BodyId, BodyId>> pairs) : pairs_(std::m
   }
   std::vector<int> place(static_cast<std::size_t>(bodies), -1);
   for (std::size_t i = 0; i < movers.size(); ++i) {
-    if (i % BoxRow::kSize == 0) groups_.emplace_back();
-    groups_.back().movers.push_back(movers[i]);
+    if (i % BoxRow::kSize == 0) movers_.emplace_back();
+    movers_.back().push_back(movers[i]);
     place[static_cast<std::size_t>(movers[i])] = static_cast<int>(i);
   }
-  std::vector<std::uint64_t> masks(groups_.size() * static_cast<std::size_t>(bodies));
+  std::vector<std::uint64_t> masks(movers_.size() * static_cast<std::size_t>(bodies));
   for (const auto& [a, b] : pairs_) {
     const auto at = static_cast<std::size_t>(place[static_cast<std::size_t>(a)]);
     masks[at / BoxRow::kSize * static_cast<std::size_t>(bodies) + static_cast<std::size_t>(b)] |=
         std::uint64_t{1} << (at % BoxRow::kSize);
   }
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
+  for (std::size_t g = 0; g < movers_.size(); ++g) {
     for (BodyId b = bodies - 1; b >= 0; --b) {
       const std::uint64_t mask =
           masks[g * static_cast<std::size_t>(bodies) + static_cast<std::size_t>(b)];
-      if (mask != 0) groups_[g].rows.push_back({b, mask});
+      if (mask != 0) rows_.push_back({static_cast<int>(g), b, mask});
     }
   }
+}
+
+double BodyTravel::of(BodyId body) const {
+  const int i = index[static_cast<std::size_t>(body)];
+  return i < 0 ? 0.0 : groups.travel(moving[static_cast<std::size_t>(i)].group);
+}
+
+double BodyTravel::approach(BodyId a, BodyId b) const {
+  static const MovingBody kStands;
+  const auto bodyOf = [&](BodyId body) -> const MovingBody& {
+    const int i = index[static_cast<std::size_t>(body)];
+    return i < 0 ? kStands : moving[static_cast<std::size_t>(i)];
+  };
+  const MovingBody &mine = bodyOf(a), &other = bodyOf(b);
+  return groups.approach(mine.group, mine.ball, other.group, other.ball);
 }
 
 struct CollisionWorld::Data {
@@ -168,7 +200,7 @@ struct CollisionWorld::Data {
   std::shared_ptr<const CollisionScene> scene;
   std::vector<Pose> poses;
   std::vector<FloatBox> body_boxes;
-  BoxRow mover_boxes;  ///< scratch of isFree()
+  BoxRow mover_boxes, travel_boxes;  ///< scratch of isFree() and staysFree()
   std::vector<Aabb> shape_boxes;
   std::vector<Pose> X_WL;  ///< scratch of reset()
   std::uint64_t changes = 0;
@@ -193,6 +225,8 @@ struct CollisionWorld::Data {
   }
 
   bool bodiesTouch(BodyId a, BodyId b) const;
+  /// Of bodies that may come nearer to each other by `travel`.
+  Nearness bodiesNearness(BodyId a, BodyId b, double travel) const;
   std::optional<BodyDistance> bodyDistance(BodyId a, BodyId b, double max_distance) const;
   BodyContact contact(BodyId a, BodyId b) const;
 };
@@ -205,6 +239,27 @@ bool CollisionWorld::Data::bodiesTouch(BodyId a, BodyId b) const {
     }
   }
   return false;
+}
+
+Nearness CollisionWorld::Data::bodiesNearness(BodyId a, BodyId b, double travel) const {
+  const double enough = std::max(2 * kCollisionMargin, travel + CollisionWorld::kLeastClearance);
+  Nearness nearest = Nearness::kApart;
+  for (int i = firstShape(a); i < firstShape(a + 1); ++i) {
+    for (int j = firstShape(b); j < firstShape(b + 1); ++j) {
+      const double squared_gap = squaredGap(shapeBox(i), shapeBox(j));
+      if (squared_gap > travel * travel) continue;
+      // Apart as they stand; so near, measured by the travel, that a proof is out of the question.
+      if (squared_gap > 0 && squaredMiddles(shapeBox(i), shapeBox(j)) <= travel * travel) {
+        nearest = Nearness::kNear;
+        continue;
+      }
+      const Nearness found =
+          nearness(shape(i).narrow, shapePose(a, i), shape(j).narrow, shapePose(b, j), enough);
+      if (found == Nearness::kTouching) return found;
+      if (found == Nearness::kNear) nearest = found;
+    }
+  }
+  return nearest;
 }
 
 std::optional<BodyDistance> CollisionWorld::Data::bodyDistance(BodyId a, BodyId b,
@@ -312,25 +367,87 @@ PairList CollisionWorld::makePairs(const std::vector<BodyId>& moving, const Body
 }
 
 bool CollisionWorld::isFree(const PairList& pairs, BodyContact* hit) {
-  for (const PairList::Group& group : pairs.groups_) {
-    FloatBox whole;
-    data_->mover_boxes.clear();
-    for (BodyId mover : group.movers) {
-      const FloatBox& box = data_->body_boxes[static_cast<std::size_t>(mover)];
-      whole.add(box);
-      data_->mover_boxes.push(box);
+  FloatBox whole;
+  int group = -1;
+  for (const PairList::Row& row : pairs.rows_) {
+    const std::vector<BodyId>& movers = pairs.movers_[static_cast<std::size_t>(row.group)];
+    if (row.group != group) {
+      group = row.group;
+      whole = {};
+      data_->mover_boxes.clear();
+      for (std::size_t i = 0; i < movers.size(); ++i) {
+        const FloatBox& box = data_->body_boxes[static_cast<std::size_t>(movers[i])];
+        whole.add(box);
+        data_->mover_boxes.set(i, box);
+      }
     }
-    for (const PairList::Row& row : group.rows) {
-      const FloatBox& box = data_->body_boxes[static_cast<std::size_t>(row.other)];
-      if (!overlap(whole, box)) continue;
-      std::uint64_t near = data_->mover_boxes.overlapping(box) & row.movers;
-      for (; near != 0; near &= near - 1) {
-        const BodyId mover = group.movers[static_cast<std::size_t>(std::countr_zero(near))];
-        if (!data_->bodiesTouch(mover, row.other)) continue;
+    const FloatBox& box = data_->body_boxes[static_cast<std::size_t>(row.other)];
+    if (!overlap(whole, box)) continue;
+    std::uint64_t near = data_->mover_boxes.overlapping(box) & row.movers;
+    for (; near != 0; near &= near - 1) {
+      const BodyId mover = movers[static_cast<std::size_t>(std::countr_zero(near))];
+      if (!data_->bodiesTouch(mover, row.other)) continue;
+      if (hit) *hit = data_->contact(mover, row.other);
+      return false;
+    }
+  }
+  return true;
+}
+
+bool CollisionWorld::staysFree(const PairList& pairs, const PairList::Row* rows, std::size_t count,
+                               const BodyTravel& travel, std::vector<PairList::Row>& undecided,
+                               BodyContact* hit) {
+  // The boxes hold both margins, which make up for the clearance: apart by the travel is enough.
+  static_assert(kLeastClearance <= 2 * kCollisionMargin);
+  FloatBox whole;
+  bool far = false;
+  for (std::size_t r = 0; r < count; ++r) {
+    const PairList::Row& row = rows[r];
+    const std::vector<BodyId>& movers = pairs.movers_[static_cast<std::size_t>(row.group)];
+    if (r == 0 || row.group != rows[r - 1].group) {
+      std::uint64_t wanted = 0;
+      for (std::size_t i = r; i < count && rows[i].group == row.group; ++i) {
+        wanted |= rows[i].movers;
+      }
+      whole = {};
+      data_->mover_boxes.clear();
+      data_->travel_boxes.clear();
+      double most = 0;
+      for (; wanted != 0; wanted &= wanted - 1) {
+        const auto i = static_cast<std::size_t>(std::countr_zero(wanted));
+        FloatBox box = data_->body_boxes[static_cast<std::size_t>(movers[i])];
+        data_->mover_boxes.set(i, box);
+        const double way = travel.of(movers[i]);
+        box.grow(way);
+        most = std::max(most, way);
+        whole.add(box);
+        data_->travel_boxes.set(i, box);
+      }
+      far = most > kFarTravel;
+    }
+    const FloatBox& box = data_->body_boxes[static_cast<std::size_t>(row.other)];
+    FloatBox grown = box;
+    grown.grow(travel.of(row.other));
+    if (!overlap(whole, grown)) continue;
+    PairList::Row left{row.group, row.other, 0};
+    std::uint64_t near = data_->travel_boxes.overlapping(grown) & row.movers;
+    if (far) {  // too far for proofs: only what touches as it stands is sought
+      left.movers = near;
+      near &= data_->mover_boxes.overlapping(box);
+    }
+    for (; near != 0; near &= near - 1) {
+      const std::uint64_t bit = near & -near;
+      const BodyId mover = movers[static_cast<std::size_t>(std::countr_zero(near))];
+      const Nearness found =
+          far ? (data_->bodiesTouch(mover, row.other) ? Nearness::kTouching : Nearness::kNear)
+              : data_->bodiesNearness(mover, row.other, travel.approach(mover, row.other));
+      if (found == Nearness::kTouching) {
         if (hit) *hit = data_->contact(mover, row.other);
         return false;
       }
+      if (found == Nearness::kNear) left.movers |= bit;
     }
+    if (left.movers != 0) undecided.push_back(left);
   }
   return true;
 }

@@ -196,7 +196,7 @@ Vector3d supportPoint(const ConvexCore& core, const Vector3d& direction) {
 }
 
 GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCore& b,
-              const Eigen::Isometry3d& X_WB, double enough, double near) {
+              const Eigen::Isometry3d& X_WB, double enough, double near, double between) {
   const auto support = [&](const Vector3d& d) {
     Vertex vertex;
     vertex.p_Wa = X_WA * supportPoint(a, X_WA.linear().transpose() * d);
@@ -223,7 +223,7 @@ GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCo
       break;
     }
     result.towards_a_W = v;
-    if (result.at_most <= near) break;
+    if (result.at_most <= near || (result.at_least > near && result.at_most <= between)) break;
     const Vertex added = support(-v);
     result.at_least = std::max(result.at_least, v.dot(added.w) / result.at_most);
     if (result.at_least > enough || result.at_most - result.at_least < kTolerance) break;

@@ -42,8 +42,9 @@ struct GjkResult {
   Eigen::Vector3d towards_a_W = Eigen::Vector3d::Zero();
 };
 
-/// Stops as soon as at_least > enough, at_most <= near, or both agree to 1e-8 m.
+/// Stops as soon as at_least > enough, at_most <= near, at_least > near and at_most <= between, or
+/// the two agree to 1e-8 m.
 GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCore& b,
-              const Eigen::Isometry3d& X_WB, double enough, double near);
+              const Eigen::Isometry3d& X_WB, double enough, double near, double between = -1);
 
 }  // namespace handover

@@ -207,6 +207,18 @@ bool touching(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, cons
   return bulletTouching(*a.data().shape, X_WA, *b.data().shape, X_WB);
 }
 
+Nearness nearness(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
+                  double enough) {
+  const double radii = a.data().radius + b.data().radius;
+  const double touch = radii + 2 * kCollisionMargin, apart = radii + enough;
+  const GjkResult cores = gjk(a.data().core, X_WA, b.data().core, X_WB, apart, touch, apart);
+  if (cores.at_least > apart) return Nearness::kApart;
+  if (cores.at_least > touch) return Nearness::kNear;
+  if (cores.at_most <= touch) return Nearness::kTouching;
+  return bulletTouching(*a.data().shape, X_WA, *b.data().shape, X_WB) ? Nearness::kTouching
+                                                                      : Nearness::kNear;
+}
+
 ShapeDistance shapeDistance(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b,
                             const Pose& X_WB) {
   const double infinity = std::numeric_limits<double>::infinity();

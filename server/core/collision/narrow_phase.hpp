@@ -38,6 +38,14 @@ struct ShapeDistance {
 /// the two poses alone, so that verdicts never depend on what was asked before.
 bool touching(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB);
 
+/// How near two shapes are, by a proof: a plane between them that leaves more than `enough` [m]; or
+/// none, though their margins are apart; or their margins touch.
+enum class Nearness { kApart, kNear, kTouching };
+
+/// @pre enough >= 2 * kCollisionMargin, of the shapes without margins.
+Nearness nearness(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
+                  double enough);
+
 /// Distance or depth of the shapes themselves, margins taken off.
 ShapeDistance shapeDistance(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b,
                             const Pose& X_WB);

@@ -17,6 +17,58 @@ bool inRange(int index, std::size_t size) {
   return index >= 0 && static_cast<std::size_t>(index) < size;
 }
 
+const RobotModel& modelOf(const CollisionWorld& world, int robot) {
+  return *world.scene().data().robots[static_cast<std::size_t>(robot)].model;
+}
+
+StateCheckerSetup checked(const CollisionWorld& world, StateCheckerSetup setup) {
+  const CollisionScene::Data& scene = world.scene().data();
+  require(inRange(setup.robot, scene.robots.size()), "no such robot");
+  require(setup.q.size() == scene.robots.size(), "one posture per robot");
+  require(setup.X_WO.size() == scene.objects.size(), "one pose per object");
+  require(setup.allowed.bodies() == world.scene().bodies(), "allowed pairs of another scene");
+  for (std::size_t r = 0; r < scene.robots.size(); ++r) {
+    require(setup.q[r].size() == scene.robots[r].model->dofs(), "a posture's size is wrong");
+  }
+  const RobotModel& model = modelOf(world, setup.robot);
+  for (int dof : setup.dofs) require(inRange(dof, model.dof_joints.size()), "no such dof");
+  if (!setup.held) return setup;
+  require(inRange(setup.held->object, scene.objects.size()), "no such object to hold");
+  require(inRange(setup.held->link, model.links.size()), "no such link to hold with");
+  return setup;
+}
+
+/// Of some balls, one round them all.
+Ball ballRound(const std::vector<Ball>& balls) {
+  Ball all;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double count = 0;
+  for (const Ball& ball : balls) {
+    if (ball.radius < 0) continue;
+    sum += ball.middle;
+    ++count;
+  }
+  if (count == 0) return all;
+  all.middle = sum / count;
+  for (const Ball& ball : balls) {
+    if (ball.radius < 0) continue;
+    all.radius = std::max(all.radius, (ball.middle - all.middle).norm() + ball.radius);
+  }
+  return all;
+}
+
+/// Round the boxes of a body's shapes, their margins included; in the group that the body moves
+/// with.
+Ball ballRound(const CollisionScene::Data& scene, BodyId body, const Pose& X_GB) {
+  std::vector<Ball> boxes;
+  for (int i = scene.first_shape[static_cast<std::size_t>(body)];
+       i < scene.first_shape[static_cast<std::size_t>(body) + 1]; ++i) {
+    const SceneShape& shape = scene.shapes[static_cast<std::size_t>(i)];
+    boxes.push_back({X_GB * shape.X_BBox.translation(), shape.box_half.norm()});
+  }
+  return ballRound(boxes);
+}
+
 }  // namespace
 
 StateCheckerSetup::StateCheckerSetup(const CollisionScene& scene, int moving_robot,
@@ -27,75 +79,38 @@ StateCheckerSetup::StateCheckerSetup(const CollisionScene& scene, int moving_rob
 }
 
 StateChecker::StateChecker(CollisionWorld& world, StateCheckerSetup setup)
-    : world_(&world), setup_(std::move(setup)) {
-  checkSetup();
+    : world_(&world), setup_(checked(world, std::move(setup))), groups_(model(), setup_.dofs) {
   compile();
 }
 
-void StateChecker::checkSetup() const {
-  const CollisionScene::Data& scene = world_->scene().data();
-  require(inRange(setup_.robot, scene.robots.size()), "no such robot");
-  require(setup_.q.size() == scene.robots.size(), "one posture per robot");
-  require(setup_.X_WO.size() == scene.objects.size(), "one pose per object");
-  require(setup_.allowed.bodies() == world_->scene().bodies(), "allowed pairs of another scene");
-  for (std::size_t r = 0; r < scene.robots.size(); ++r) {
-    require(setup_.q[r].size() == scene.robots[r].model->dofs(), "a posture's size is wrong");
-  }
-  const RobotModel& model = *scene.robots[static_cast<std::size_t>(setup_.robot)].model;
-  for (int dof : setup_.dofs) require(inRange(dof, model.dof_joints.size()), "no such dof");
-  if (!setup_.held) return;
-  require(inRange(setup_.held->object, scene.objects.size()), "no such object to hold");
-  require(inRange(setup_.held->link, model.links.size()), "no such link to hold with");
-}
-
-// Links that move as one have the same group: that of the last moving joint above them. Links that
-// do not move have none.
-std::vector<int> StateChecker::rigidGroups() const {
-  const RobotModel& model =
-      *world_->scene().data().robots[static_cast<std::size_t>(setup_.robot)].model;
-  std::vector<int> group(model.links.size(), -1);
-  for (std::size_t l = 0; l < model.links.size(); ++l) {
-    const int parent_joint = model.links[l].parent_joint;
-    if (parent_joint < 0) continue;
-    const Joint& joint = model.joints[static_cast<std::size_t>(parent_joint)];
-    const bool moves = joint.dof >= 0 && std::find(setup_.dofs.begin(), setup_.dofs.end(),
-                                                   joint.dof) != setup_.dofs.end();
-    group[l] = moves ? static_cast<int>(l) : group[static_cast<std::size_t>(joint.parent_link)];
-  }
-  return group;
-}
+const RobotModel& StateChecker::model() const { return modelOf(*world_, setup_.robot); }
 
 void StateChecker::compile() {
   const CollisionScene& scene = world_->scene();
-  const std::vector<int> link_group = rigidGroups();
-  std::vector<int> group(static_cast<std::size_t>(scene.bodies()), -1);
-  const auto carry = [&](int object, int link, const Pose& X_LO) {
-    if (link_group[static_cast<std::size_t>(link)] < 0) return;
-    const BodyId body = scene.objectBody(object);
-    carried_.push_back({body, link, X_LO});
+  moving_index_.assign(static_cast<std::size_t>(scene.bodies()), -1);
+  std::vector<int> body_groups(static_cast<std::size_t>(scene.bodies()), -1);
+  const auto mount = [&](BodyId body, int link, const Pose& X_LB) {
+    if (body < 0 || groups_.groupOf(link) < 0) return;
+    moving_index_[static_cast<std::size_t>(body)] = static_cast<int>(moving_.size());
+    body_groups[static_cast<std::size_t>(body)] = groups_.groupOf(link);
     moving_.push_back(body);
-    group[static_cast<std::size_t>(body)] = link_group[static_cast<std::size_t>(link)];
+    mounts_.push_back({link, X_LB});
   };
-  if (setup_.held) carry(setup_.held->object, setup_.held->link, setup_.held->X_LO);
+  if (setup_.held) {
+    mount(scene.objectBody(setup_.held->object), setup_.held->link, setup_.held->X_LO);
+  }
   const std::vector<ScenePlacement>& objects = scene.data().objects;
   for (std::size_t o = 0; o < objects.size(); ++o) {
     const std::optional<Attachment>& attached = objects[o].attached_to;
     if (!attached || attached->robot != setup_.robot) continue;
     if (setup_.held && setup_.held->object == static_cast<int>(o)) continue;
-    carry(static_cast<int>(o), attached->link, attached->X_LO);
+    mount(scene.objectBody(static_cast<int>(o)), attached->link, attached->X_LO);
   }
   // From the tool inwards: what is farthest out touches most often.
-  for (int l = static_cast<int>(link_group.size()) - 1; l >= 0; --l) {
-    if (link_group[static_cast<std::size_t>(l)] < 0) continue;
-    links_.push_back(l);
-    const BodyId body = scene.linkBody(setup_.robot, l);
-    if (body < 0) continue;
-    link_bodies_.push_back({body, l});
-    moving_.push_back(body);
-    group[static_cast<std::size_t>(body)] = link_group[static_cast<std::size_t>(l)];
+  for (int l = static_cast<int>(model().links.size()) - 1; l >= 0; --l) {
+    mount(scene.linkBody(setup_.robot, l), l, Pose::Identity());
   }
-  std::reverse(links_.begin(), links_.end());
-  pairs_ = world_->makePairs(moving_, setup_.allowed, group);
+  pairs_ = world_->makePairs(moving_, setup_.allowed, body_groups);
 }
 
 void StateChecker::activate() {
@@ -107,7 +122,7 @@ void StateChecker::activate() {
   const int robots = static_cast<int>(scene.robots.size());
   for (int i = 1; i <= robots; ++i) {
     const auto r = static_cast<std::size_t>((setup_.robot + i) % robots);
-    handover::linkPoses(*scene.robots[r].model, scene.robots[r].X_WB, setup_.q[r], X_WL_);
+    linkPoses(*scene.robots[r].model, scene.robots[r].X_WB, setup_.q[r], X_WL_);
     world_->setRobot(static_cast<int>(r), X_WL_);
   }
   // Held ones again: the scene may have them attached elsewhere, and a link that stands still holds
@@ -116,25 +131,41 @@ void StateChecker::activate() {
     const Pose& X_WL = X_WL_[static_cast<std::size_t>(setup_.held->link)];
     world_->setPose(world_->scene().objectBody(setup_.held->object), X_WL * setup_.held->X_LO);
   }
-  q_ = setup_.q[static_cast<std::size_t>(setup_.robot)];
+  if (!mounted_) mountBodies();
   seen_changes_ = world_->changes();
   stale_ = false;
 }
 
-void StateChecker::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
+void StateChecker::mountBodies() {
+  groups_.setPosture(model(), X_WL_);
+  moving_bodies_.resize(moving_.size());
+  std::vector<std::vector<Ball>> balls(static_cast<std::size_t>(groups_.size()));
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
+    const int group = groups_.groupOf(mounts_[i].link);
+    const Pose& X_WL = X_WL_[static_cast<std::size_t>(mounts_[i].link)];
+    const Pose& X_WG = X_WL_[static_cast<std::size_t>(groups_.linkOf(group))];
+    const Pose X_GB = X_WG.inverse() * X_WL * mounts_[i].X_LB;
+    const Ball ball = ballRound(world_->scene().data(), moving_[i], X_GB);
+    moving_bodies_[i] = {moving_[i], group, X_GB, ball};
+    balls[static_cast<std::size_t>(group)].push_back(ball);
+  }
+  for (int group = 0; group < groups_.size(); ++group) {
+    groups_.setBall(group, ballRound(balls[static_cast<std::size_t>(group)]));
+  }
+  mounted_ = true;
+}
+
+void StateChecker::requireState(const Eigen::Ref<const Eigen::VectorXd>& q) const {
   require(q.size() == static_cast<Eigen::Index>(setup_.dofs.size()), "one position per moving dof");
   require(q.allFinite(), "positions must be finite");
+}
+
+void StateChecker::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
+  requireState(q);
   if (stale_ || seen_changes_ != world_->changes()) activate();
-  for (std::size_t i = 0; i < setup_.dofs.size(); ++i) {
-    q_[setup_.dofs[i]] = q[static_cast<Eigen::Index>(i)];
-  }
-  const SceneRobot& robot = world_->scene().data().robots[static_cast<std::size_t>(setup_.robot)];
-  linkPosesOf(*robot.model, q_, links_, X_WL_);
-  for (const MovingLink& it : link_bodies_) {
-    world_->setPose(it.body, X_WL_[static_cast<std::size_t>(it.link)]);
-  }
-  for (const CarriedObject& it : carried_) {
-    world_->setPose(it.body, X_WL_[static_cast<std::size_t>(it.link)] * it.X_LO);
+  groups_.place(q);
+  for (const MovingBody& it : moving_bodies_) {
+    world_->setPose(it.body, groups_.pose(it.group) * it.X_GB);
   }
   seen_changes_ = world_->changes();
 }
@@ -151,6 +182,59 @@ std::optional<BodyContact> StateChecker::hit(const Eigen::Ref<const Eigen::Vecto
   return contact;
 }
 
+bool StateChecker::freeAlong(const JointMotion& motion, double from, double to, BodyContact* hit) {
+  rows_ = pairs_.rows();
+  stretches_.assign(1, {from, to, 0, rows_.size()});
+  if (stale_ || seen_changes_ != world_->changes()) activate();
+  // Breadth first: what touches is found by few looks spread over the motion.
+  for (std::size_t i = 0; i < stretches_.size(); ++i) {
+    const Stretch it = stretches_[i];
+    motion.stretch(it.from, it.to, q_middle_, stray_);
+    requireState(q_middle_);
+    groups_.place(q_middle_);
+    groups_.boundTravel(stray_);
+    const PairList::Row* rows = rows_.data() + it.first;
+    const std::size_t count = it.last - it.first;
+    // Only the bodies of the pairs that are left.
+    wanted_.assign(moving_bodies_.size(), false);
+    for (std::size_t r = 0; r < count; ++r) {
+      const int other = moving_index_[static_cast<std::size_t>(rows[r].other)];
+      if (other >= 0) wanted_[static_cast<std::size_t>(other)] = true;
+      pairs_.forEachMover(rows[r], [&](BodyId mover) {
+        wanted_[static_cast<std::size_t>(moving_index_[static_cast<std::size_t>(mover)])] = true;
+      });
+    }
+    for (std::size_t b = 0; b < moving_bodies_.size(); ++b) {
+      const MovingBody& body = moving_bodies_[b];
+      if (wanted_[b]) world_->setPose(body.body, groups_.pose(body.group) * body.X_GB);
+    }
+    seen_changes_ = world_->changes();
+    undecided_.clear();
+    if (!world_->staysFree(pairs_, rows, count, {groups_, moving_bodies_, moving_index_},
+                           undecided_, hit)) {
+      return false;
+    }
+    if (undecided_.empty()) continue;
+    const std::size_t first = rows_.size();
+    rows_.insert(rows_.end(), undecided_.begin(), undecided_.end());
+    const double middle = 0.5 * (it.from + it.to);
+    stretches_.push_back({it.from, middle, first, rows_.size()});
+    stretches_.push_back({middle, it.to, first, rows_.size()});
+  }
+  return true;
+}
+
+bool StateChecker::validAlong(const JointMotion& motion, double from, double to) {
+  return freeAlong(motion, from, to, nullptr);
+}
+
+std::optional<BodyContact> StateChecker::hitAlong(const JointMotion& motion, double from,
+                                                  double to) {
+  BodyContact contact;
+  if (freeAlong(motion, from, to, &contact)) return std::nullopt;
+  return contact;
+}
+
 std::vector<BodyContact> StateChecker::contacts(const Eigen::Ref<const Eigen::VectorXd>& q) {
   place(q);
   return world_->contacts(pairs_);
@@ -161,6 +245,7 @@ void StateChecker::setPosture(int robot, const RobotVector& q) {
   require(q.size() == posture.size(), "a posture's size is wrong");
   posture = q;
   stale_ = true;
+  if (robot == setup_.robot) mounted_ = false;
 }
 
 void StateChecker::setObject(int object, const Pose& X_WO) {
@@ -171,11 +256,11 @@ void StateChecker::setObject(int object, const Pose& X_WO) {
 void StateChecker::setHold(const Pose& X_LO) {
   require(setup_.held.has_value(), "nothing is held");
   setup_.held->X_LO = X_LO;
-  const BodyId body = world_->scene().objectBody(setup_.held->object);
-  for (CarriedObject& it : carried_) {
-    if (it.body == body) it.X_LO = X_LO;
-  }
+  const int held =
+      moving_index_[static_cast<std::size_t>(world_->scene().objectBody(setup_.held->object))];
+  if (held >= 0) mounts_[static_cast<std::size_t>(held)].X_LB = X_LO;
   stale_ = true;
+  mounted_ = false;
 }
 
 }  // namespace handover

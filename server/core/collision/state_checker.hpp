@@ -4,6 +4,8 @@
 #pragma once
 
 #include "core/collision/collision_scene.hpp"
+#include "core/collision/joint_motion.hpp"
+#include "core/collision/moving_groups.hpp"
 
 namespace handover {
 
@@ -52,6 +54,14 @@ class StateChecker {
   bool valid(const Eigen::Ref<const Eigen::VectorXd>& q);
   /// The first touching pair found; always the same one for the same q.
   std::optional<BodyContact> hit(const Eigen::Ref<const Eigen::VectorXd>& q);
+  /// True when no pair comes into contact anywhere on the motion between two of its parameters: of
+  /// the shapes themselves that is proven (they keep CollisionWorld::kLeastClearance), margins are
+  /// tested wherever the proof has to look. A pair is looked at as often as its distance and the
+  /// travel of its links ask for, by halving the motion (Schwarzer, Saha, Latombe 2005).
+  /// @throws std::invalid_argument when its states have the wrong size or are not finite.
+  bool validAlong(const JointMotion& motion, double from = 0, double to = 1);
+  /// A pair that touches on the motion, if any.
+  std::optional<BodyContact> hitAlong(const JointMotion& motion, double from = 0, double to = 1);
   /// Every touching pair.
   std::vector<BodyContact> contacts(const Eigen::Ref<const Eigen::VectorXd>& q);
   /// Moves everything to q without testing, e.g. to ask world().distance().
@@ -71,36 +81,44 @@ class StateChecker {
 
   const PairList& pairs() const { return pairs_; }
 
-  /// Link poses of the moving robot at the last state asked.
-  const std::vector<Pose>& linkPoses() const { return X_WL_; }
-
  private:
-  struct CarriedObject {
-    BodyId body;
+  /// Where a moving body hangs: its link, and its pose there.
+  struct Mount {
     int link;
-    Pose X_LO;
+    Pose X_LB;
   };
 
-  struct MovingLink {
-    BodyId body;
-    int link;
+  /// Part of a motion, and the pairs that may meet on it.
+  struct Stretch {
+    double from, to;
+    std::size_t first, last;  ///< in rows_
   };
 
-  void checkSetup() const;
-  std::vector<int> rigidGroups() const;
+  const RobotModel& model() const;
   void compile();
+  void requireState(const Eigen::Ref<const Eigen::VectorXd>& q) const;
+  /// What moves as one is measured once per posture.
+  void mountBodies();
+  bool freeAlong(const JointMotion& motion, double from, double to, BodyContact* hit);
 
   CollisionWorld* world_;
   StateCheckerSetup setup_;
-  std::vector<int> links_;               ///< that move, ascending, with shapes or without
-  std::vector<MovingLink> link_bodies_;  ///< those of them with shapes
-  std::vector<CarriedObject> carried_;
+  MovingGroups groups_;
   std::vector<BodyId> moving_;
+  std::vector<Mount> mounts_;              ///< of the moving bodies, in their order
+  std::vector<MovingBody> moving_bodies_;  ///< the same bodies
+  std::vector<int> moving_index_;          ///< by body; -1: stands still
   PairList pairs_;
-  RobotVector q_;  ///< of the moving robot at the last state asked
-  std::vector<Pose> X_WL_;
   std::uint64_t seen_changes_ = 0;  ///< of the world, at the last state asked
   bool stale_ = true;               ///< the setup changed since
+  bool mounted_ = false;            ///< moving_bodies_ are those of the setup
+
+  // Scratch.
+  std::vector<Pose> X_WL_;
+  std::vector<Stretch> stretches_;
+  std::vector<PairList::Row> rows_, undecided_;
+  std::vector<bool> wanted_;  ///< by index in moving_bodies_
+  Eigen::VectorXd q_middle_, stray_;
 };
 
 }  // namespace handover

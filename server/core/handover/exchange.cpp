@@ -13,12 +13,8 @@ namespace {
 constexpr std::array<double, 3> kBackOff{0.10, 0.07, 0.04};
 constexpr std::array<double, 3> kLift{0.08, 0.05,
                                       0.03};  // lift, last descent [m]: first that works
-// Steps between a route's collision checks [rad]: the search takes the first; a route that does not
-// hold when it is walked in steps of kFineStep is planned again with the next.
-constexpr std::array<double, 2> kSearchSteps{0.03, 0.006};
-constexpr double kFineStep = 0.005;
-constexpr std::uint64_t kRouteAttempts = 4;  // trees grown for one route
-constexpr double kFairDetour = 1.4;          // way over straight way that needs no other tree
+constexpr std::uint64_t kRouteAttempts = 4;   // trees grown for one route
+constexpr double kFairDetour = 1.4;           // way over straight way that needs no other tree
 
 std::uint64_t mix(std::uint64_t x) {  // splitmix64's finaliser
   x += 0x9e3779b97f4a7c15ull;
@@ -120,16 +116,20 @@ MotionProblem ExchangePlanner::motionProblem(const Role& role, StateChecker& che
   motion.lower = role.kinematics->lower();
   motion.upper = role.kinematics->upper();
   motion.valid = [&checker](const ArmVector& q) { return checker.valid(q); };
-  motion.resolution = kSearchSteps.front();
+  motion.valid_between = [&checker](const ArmVector& from, const ArmVector& to) {
+    return checker.validAlong(SegmentMotion(from, to));
+  };
   return motion;
 }
 
 std::optional<JointPath> ExchangePlanner::straight(const Role& role, const ArmVector& q,
                                                    const Pose& X_WT, const Pose& X_WT_end,
                                                    StateChecker& checker) {
-  auto line = straightLine(*role.kinematics, q, role.worldToArm(X_WT), role.worldToArm(X_WT_end),
-                           [&](const ArmVector& q_step) { return checker.valid(q_step); });
-  if (!line) return std::nullopt;
+  auto line = straightLine(*role.kinematics, q, role.worldToArm(X_WT), role.worldToArm(X_WT_end));
+  if (!line || !checker.valid(line->waypoints.back()) ||
+      !checker.validAlong(PolylineMotion(line->waypoints))) {
+    return std::nullopt;
+  }
   return std::move(*line);
 }
 
@@ -154,29 +154,15 @@ std::optional<JointPath> ExchangePlanner::lifted(const Role& role, const ArmVect
 std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVector& from,
                                                  const GoalSampler& goals, StateChecker& checker,
                                                  StageKind kind, int grasp, std::uint32_t* goal) {
-  MotionProblem motion = motionProblem(role, checker);
-  MotionProblem fine = motion;
-  fine.resolution = kFineStep;
-  const auto holds = [&](const JointPath& path) {
-    for (std::size_t i = 1; i < path.waypoints.size(); ++i) {
-      if (!segmentValid(fine, path.waypoints[i - 1], path.waypoints[i])) return false;
-    }
-    return true;
-  };
+  const MotionProblem motion = motionProblem(role, checker);
   IkBiRrtSettings settings;
   settings.max_iterations = budget_.rrt_iterations;
   std::uint32_t found_goal = 0;
   const auto attempt = [&](std::uint64_t seed) -> std::optional<JointPath> {
     settings.seed = seed;
-    for (const double step : kSearchSteps) {
-      motion.resolution = step;
-      auto path = planIkBiRrt(motion, from, goals, settings, deadline_, &found_goal);
-      if (!path) return std::nullopt;
-      auto shorter = shortcut(motion, *path, seed, budget_.shortcut_attempts, deadline_);
-      if (holds(shorter)) return shorter;
-      if (holds(*path)) return std::move(*path);
-    }
-    return std::nullopt;
+    const auto path = planIkBiRrt(motion, from, goals, settings, deadline_, &found_goal);
+    if (!path) return std::nullopt;
+    return shortcut(motion, *path, seed, budget_.shortcut_attempts, deadline_);
   };
   // A random tree may lead far around; where it does, others are grown and the shortest way is
   // kept.

@@ -130,7 +130,7 @@ class ExchangePlanner {
                                   StateChecker& checker);
   std::optional<JointPath> route(const Role& role, const ArmVector& from, const ArmVector& to,
                                  StateChecker& checker, StageKind kind, int grasp);
-  /// IKBiRRT and shortcuts; the route holds when walked in fine steps.
+  /// IKBiRRT and shortcuts.
   std::optional<JointPath> search(const Role& role, const ArmVector& from, const GoalSampler& goals,
                                   StateChecker& checker, StageKind kind, int grasp,
                                   std::uint32_t* goal = nullptr);

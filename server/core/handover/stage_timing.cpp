@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/handover/stage_timing.hpp"
 
+#include "core/collision/joint_motion.hpp"
 #include "core/motion/timing.hpp"
 
 #include <algorithm>
@@ -10,81 +11,48 @@
 namespace handover {
 namespace {
 
-constexpr double kTravel = 0.004;       // between tested points of a curve [m]
 constexpr double kEarlyMotion = 0.005;  // a retreat's first part, where old contacts may last [m]
 constexpr std::array<double, 3> kBlends{0.05, 0.01, 0.001};  // corner deviations tried [rad]
 
-/// Radius [m] about its own frame that holds everything that a link carries, whatever its joints
-/// do.
-double reachOf(const RobotModel& model, int link, int held_link, double held_radius) {
-  double radius = link == held_link ? held_radius : 0.0;
-  for (const Shape& shape : model.links[static_cast<std::size_t>(link)].collision) {
-    const double at = shape.X_BS.translation().norm();
+/// A timed path for the collision checks, its parameter the share of its duration.
+class TimedMotion : public JointMotion {
+ public:
+  explicit TimedMotion(const TimedPath& path) : path_(path) {}
 
-    struct Size {
-      double operator()(const BoxShape& s) const { return 0.5 * s.size.norm(); }
-
-      double operator()(const SphereShape& s) const { return s.radius; }
-
-      double operator()(const CylinderShape& s) const {
-        return std::hypot(s.radius, 0.5 * s.length);
+  void stretch(double from, double to, Eigen::VectorXd& q_middle,
+               Eigen::VectorXd& stray) const override {
+    const double t_from = from * path_.duration(), t_to = to * path_.duration();
+    evaluate(path_, 0.5 * (t_from + t_to), q_middle, qd_);
+    stray.setZero(q_middle.size());
+    // A cubic stays within its control points: its ends and a third of the way along its end
+    // slopes.
+    double t = t_from;
+    evaluate(path_, t, q_, qd_);
+    auto next = static_cast<std::size_t>(std::upper_bound(path_.t.begin(), path_.t.end(), t) -
+                                         path_.t.begin());
+    for (bool last = false; !last; ++next) {
+      last = next >= path_.t.size() || path_.t[next] >= t_to;
+      if (last) {
+        evaluate(path_, t_to, q_end_, qd_end_);
+      } else {
+        q_end_ = path_.q[next];
+        qd_end_ = path_.qd[next];
       }
-
-      double operator()(const ConvexShape& s) const {
-        double most = 0;
-        for (const auto& vertex : s.vertices) most = std::max(most, vertex.norm());
-        return most;
-      }
-    };
-
-    radius = std::max(radius, at + std::visit(Size{}, shape.geometry));
-  }
-  for (const Joint& joint : model.joints) {
-    if (joint.parent_link != link) continue;
-    radius = std::max(radius, joint.X_PJ.translation().norm() +
-                                  reachOf(model, joint.child_link, held_link, held_radius));
-  }
-  return radius;
-}
-
-double objectRadius(const SceneObject& object) {
-  double most = 0;
-  for (const Shape& shape : object.shapes) {
-    if (const auto* convex = std::get_if<ConvexShape>(&shape.geometry)) {
-      for (const auto& vertex : convex->vertices)
-        most = std::max(most, (shape.X_BS * vertex).norm());
-    } else if (const auto* box = std::get_if<BoxShape>(&shape.geometry)) {
-      most = std::max(most, shape.X_BS.translation().norm() + 0.5 * box->size.norm());
-    } else if (const auto* sphere = std::get_if<SphereShape>(&shape.geometry)) {
-      most = std::max(most, shape.X_BS.translation().norm() + sphere->radius);
-    } else if (const auto* cylinder = std::get_if<CylinderShape>(&shape.geometry)) {
-      most = std::max(most, shape.X_BS.translation().norm() +
-                                std::hypot(cylinder->radius, 0.5 * cylinder->length));
+      const double t_end = last ? t_to : path_.t[next], third = (t_end - t) / 3;
+      stray = stray.cwiseMax((q_ - q_middle).cwiseAbs())
+                  .cwiseMax((q_ + third * qd_ - q_middle).cwiseAbs())
+                  .cwiseMax((q_end_ - third * qd_end_ - q_middle).cwiseAbs())
+                  .cwiseMax((q_end_ - q_middle).cwiseAbs());
+      t = t_end;
+      std::swap(q_, q_end_);
+      std::swap(qd_, qd_end_);
     }
   }
-  return most;
-}
 
-/// How far [m] a point of the mover can travel per radian of each stage joint.
-Eigen::VectorXd leversOf(const StagePath& stage, double object_radius) {
-  const RobotModel& model = *stage.mover->model;
-  const bool holds = stage.state.holder == stage.mover;
-  const int held_link = holds ? stage.mover->arm_model->tool_link : -1;
-  const double held_radius = holds ? stage.state.X_TO.translation().norm() + object_radius : 0.0;
-  Eigen::VectorXd levers = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(stage.dofs.size()));
-  for (std::size_t i = 0; i < stage.dofs.size(); ++i) {
-    for (const Joint& joint : model.joints) {
-      if (joint.type == JointType::kFixed || joint.dof != stage.dofs[i]) continue;
-      const double lever = joint.type == JointType::kPrismatic
-                               ? 1.0
-                               : reachOf(model, joint.child_link, held_link, held_radius);
-      auto& most = levers[static_cast<Eigen::Index>(i)];
-      most = std::max(most,
-                      lever * std::max(1.0, std::abs(joint.mimic ? joint.mimic_multiplier : 1.0)));
-    }
-  }
-  return levers;
-}
+ private:
+  const TimedPath& path_;
+  mutable Eigen::VectorXd q_, qd_, q_end_, qd_end_;
+};
 
 TimingLimits limitsOf(const StagePath& stage) {
   const auto size = static_cast<Eigen::Index>(stage.dofs.size());
@@ -103,33 +71,45 @@ TimingLimits limitsOf(const StagePath& stage) {
   return limits;
 }
 
-/// The first contact on the timed curve, if any.
-std::optional<BodyContact> hitOnCurve(const CheckerFactory& checkers, const StagePath& stage,
-                                      const TimedPath& timed, const Eigen::VectorXd& levers) {
-  StateChecker checker = checkers.make(stage.state, *stage.mover, stage.dofs, stage.contacts);
-  AllowedContacts early = stage.contacts;
-  early.giver_hand |= stage.early_contacts.giver_hand;
-  early.receiver_hand |= stage.early_contacts.receiver_hand;
-  StateChecker early_checker = checkers.make(stage.state, *stage.mover, stage.dofs, early);
-  double travelled = 0;
-  Eigen::VectorXd q = timed.q.front();
-  if (const auto hit = early_checker.hit(q)) return hit;
+/// Share of a retreat's duration in which its tool has moved less than kEarlyMotion.
+double earlyPart(const StagePath& stage, const TimedPath& timed) {
+  constexpr int kParts = 8;  // looks from one sample to the next
+  const Role& role = *stage.mover;
+  const auto tool = [&](double t) -> Eigen::Vector3d {
+    return role.kinematics->toolPose(evaluate(timed, t).head(role.kinematics->dofs()))
+        .translation();
+  };
+  const Eigen::Vector3d p_start = tool(0);
+  double early = 0;
   for (std::size_t i = 1; i < timed.t.size(); ++i) {
-    const double gap = timed.t[i] - timed.t[i - 1];
-    const Eigen::VectorXd speed = timed.qd[i - 1].cwiseAbs().cwiseMax(timed.qd[i].cwiseAbs());
-    // The cubic's speed between samples stays below the larger end's and the chord's together.
-    const double travel =
-        levers.dot((timed.q[i] - timed.q[i - 1]).cwiseAbs().cwiseMax(speed * gap));
-    const int steps = std::max(1, static_cast<int>(std::ceil(travel / kTravel)));
-    for (int step = 1; step <= steps; ++step) {
-      q = evaluate(timed, timed.t[i - 1] + gap * step / steps);
-      travelled += travel / steps;
-      // `travelled` overestimates, so the early contacts are dropped too soon rather than too late.
-      const auto hit = travelled <= kEarlyMotion ? early_checker.hit(q) : checker.hit(q);
-      if (hit) return hit;
+    for (int part = 1; part <= kParts; ++part) {
+      const double t = timed.t[i - 1] + (timed.t[i] - timed.t[i - 1]) * part / kParts;
+      if ((tool(t) - p_start).norm() >= kEarlyMotion) return early / timed.duration();
+      early = t;
     }
   }
-  return std::nullopt;
+  return 1;
+}
+
+/// A contact on the timed curve, if any.
+std::optional<BodyContact> hitOnCurve(const CheckerFactory& checkers, const StagePath& stage,
+                                      const TimedPath& timed) {
+  const TimedMotion motion(timed);
+  StateChecker checker = checkers.make(stage.state, *stage.mover, stage.dofs, stage.contacts);
+  double from = 0;
+  if (stage.early_contacts.giver_hand || stage.early_contacts.receiver_hand) {
+    AllowedContacts early = stage.contacts;
+    early.giver_hand |= stage.early_contacts.giver_hand;
+    early.receiver_hand |= stage.early_contacts.receiver_hand;
+    StateChecker early_checker = checkers.make(stage.state, *stage.mover, stage.dofs, early);
+    from = earlyPart(stage, timed);
+    if (auto hit = early_checker.hit(timed.q.front())) return hit;
+    if (auto hit = early_checker.hitAlong(motion, 0, from)) return hit;
+  } else if (auto hit = checker.hit(timed.q.front())) {
+    return hit;
+  }
+  if (auto hit = checker.hit(timed.q.back())) return hit;
+  return checker.hitAlong(motion, from, 1);
 }
 
 std::vector<Hold> holdsOf(const HandoverProblem& problem, const StagePath& stage,
@@ -165,12 +145,9 @@ std::variant<std::vector<StageTrajectory>, TimingFailure> timeStages(const Hando
                                                                      const Exchange& exchange,
                                                                      std::uint32_t solution) {
   std::vector<StageTrajectory> trajectories;
-  const double object_radius =
-      objectRadius(problem.scene->objects[static_cast<std::size_t>(checkers.object())]);
   double clock = 0;
   for (const StagePath& stage : exchange.stages) {
     const TimingLimits limits = limitsOf(stage);
-    const Eigen::VectorXd levers = leversOf(stage, object_radius);
     std::optional<TimedPath> timed;
     std::string detail;
     for (const double blend : kBlends) {
@@ -179,7 +156,7 @@ std::variant<std::vector<StageTrajectory>, TimingFailure> timeStages(const Hando
       settings.speed_scale = problem.speed_scale;
       auto result = parameterize(stage.waypoints, limits, settings);
       if (!result) return TimingFailure{toString(stage.kind), result.error().detail};
-      const auto hit = hitOnCurve(checkers, stage, *result, levers);
+      const auto hit = hitOnCurve(checkers, stage, *result);
       if (!hit) {
         timed = std::move(*result);
         break;

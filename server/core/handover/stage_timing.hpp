@@ -17,9 +17,9 @@ struct TimingFailure {
   std::string stage, detail;
 };
 
-/// Times all stages one after another. Every curve is tested against the world of its stage at
-/// points between which no point of the mover travels more than 4 mm; a stage that touches is timed
-/// again with tighter corners before it is given up.
+/// Times all stages one after another. Every curve is proven free in the world of its stage
+/// (StateChecker::hitAlong); a stage that touches is timed again with tighter corners before it is
+/// given up.
 std::variant<std::vector<StageTrajectory>, TimingFailure> timeStages(const HandoverProblem& problem,
                                                                      const CheckerFactory& checkers,
                                                                      const Exchange& exchange,

@@ -24,6 +24,9 @@ struct MotionProblem {
   ArmVector lower, upper;                         ///< finite, lower <= upper
   std::function<bool(const ArmVector& q)> valid;  ///< free of collision at q
   double resolution = 0.03;                       ///< largest joint step between checks [rad]
+  /// If given, asked of a straight segment between two valid states instead of `valid` at every
+  /// `resolution`.
+  std::function<bool(const ArmVector& from, const ArmVector& to)> valid_between;
 };
 
 struct IkBiRrtSettings {

@@ -10,6 +10,7 @@ bool restOfSegmentValid(const MotionProblem& problem, const ArmVector& from, con
   const double largest = move.size() == 0 ? 0 : move.cwiseAbs().maxCoeff();
   if (!(largest < 1e6 * problem.resolution)) return false;  // catches NaN, too
   if (!problem.valid(to)) return false;
+  if (problem.valid_between) return problem.valid_between(from, to);
   const int steps = static_cast<int>(std::ceil(largest / problem.resolution));
   // Bisection by levels: middle, quarters, eighths ... each inner point once.
   int stride = 1;

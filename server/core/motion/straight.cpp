@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/motion/straight.hpp"
 
-#include "core/motion/segment.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -13,15 +11,12 @@ namespace {
 constexpr double kMostSteps = 100'000;
 
 std::string faultOf(const FollowIk& follow, const ArmVector& q_from, const Pose& X_AT_from,
-                    const Pose& X_AT_to, const std::function<bool(const ArmVector&)>& valid,
-                    const StraightSettings& settings) {
+                    const Pose& X_AT_to, const StraightSettings& settings) {
   if (!follow) return "follow: no function";
-  if (!valid) return "valid: no function";
   if (q_from.size() == 0 || !q_from.allFinite()) return "q_from: empty or not finite";
   if (!X_AT_from.matrix().allFinite()) return "X_AT_from: not finite";
   if (!X_AT_to.matrix().allFinite()) return "X_AT_to: not finite";
-  for (const double value :
-       {settings.step, settings.angle_step, settings.max_joint_step, settings.resolution}) {
+  for (const double value : {settings.step, settings.angle_step, settings.max_joint_step}) {
     if (!(value > 0)) return "settings: a step is not above 0";
   }
   return "";
@@ -35,17 +30,11 @@ std::string passed(int step, int steps) {
 
 Result<JointPath> straightLine(const FollowIk& follow, const ArmVector& q_from,
                                const Pose& X_AT_from, const Pose& X_AT_to,
-                               const std::function<bool(const ArmVector&)>& valid,
                                const StraightSettings& settings) {
-  if (const std::string fault = faultOf(follow, q_from, X_AT_from, X_AT_to, valid, settings);
+  if (const std::string fault = faultOf(follow, q_from, X_AT_from, X_AT_to, settings);
       !fault.empty()) {
     return {ErrorCode::kInvalidInput, fault};
   }
-  MotionProblem problem;
-  problem.valid = valid;
-  problem.resolution = settings.resolution;
-  if (!valid(q_from)) return {ErrorCode::kInCollision, passed(0, 1)};
-
   const Eigen::Vector3d p_from = X_AT_from.translation(), p_to = X_AT_to.translation();
   const Eigen::Quaterniond quat_from(X_AT_from.linear()), quat_to(X_AT_to.linear());
   const double lengths = (p_to - p_from).norm() / settings.step;
@@ -68,9 +57,6 @@ Result<JointPath> straightLine(const FollowIk& follow, const ArmVector& q_from,
     ArmVector q;
     if (!follow(X_AT, path.waypoints.back(), settings.max_joint_step, q)) {
       return {ErrorCode::kUnreachable, passed(k - 1, steps)};
-    }
-    if (!restOfSegmentValid(problem, path.waypoints.back(), q)) {
-      return {ErrorCode::kInCollision, passed(k - 1, steps)};
     }
     path.waypoints.push_back(q);
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Straight lines of the tool in space, as joint paths: approach, lift, place, retreat.
+// Straight lines of the tool in space, as joint paths: approach, lift, place, retreat. Whether they
+// are free is for others to find out.
 #pragma once
 
 #include "core/kinematics/arm_kinematics.hpp"
@@ -16,7 +17,6 @@ struct StraightSettings {
   double step = 0.005;            ///< [m] between waypoints
   double angle_step = 0.0349066;  ///< [rad] between waypoints (2 degrees)
   double max_joint_step = 0.15;   ///< [rad] of one joint between waypoints; more is a jump
-  double resolution = 0.03;       ///< [rad] largest joint step between checks
 };
 
 /// Continues a configuration to a near tool pose, as ArmKinematics::follow() does.
@@ -24,26 +24,23 @@ using FollowIk =
     std::function<bool(const Pose& X_AT, const ArmVector& q_near, double max_step, ArmVector& q)>;
 
 /// The joint path on which T goes straight from X_AT_from to X_AT_to: positions linearly, rotations
-/// by slerp, both in step. Its first waypoint is `q_from` to the bit; every waypoint, and every
-/// joint step of `resolution` between them, is valid. kUnreachable where `follow` gives up,
-/// kInCollision where `valid` says no: the detail tells which part of the line was passed.
-/// kInvalidInput: not finite, no function, settings <= 0.
+/// by slerp, both in step. Its first waypoint is `q_from` to the bit. kUnreachable where `follow`
+/// gives up: the detail tells which part of the line was passed. kInvalidInput: not finite, no
+/// function, settings <= 0.
 /// @pre X_AT_from is the tool's pose at q_from. A line the other way round is the path reversed.
 Result<JointPath> straightLine(const FollowIk& follow, const ArmVector& q_from,
                                const Pose& X_AT_from, const Pose& X_AT_to,
-                               const std::function<bool(const ArmVector&)>& valid,
                                const StraightSettings& settings = {});
 
 /// The same on an arm's own kinematics.
 inline Result<JointPath> straightLine(const ArmKinematics& kinematics, const ArmVector& q_from,
                                       const Pose& X_AT_from, const Pose& X_AT_to,
-                                      const std::function<bool(const ArmVector&)>& valid,
                                       const StraightSettings& settings = {}) {
   const FollowIk follow = [&](const Pose& X_AT, const ArmVector& q_near, double max_step,
                               ArmVector& q) {
     return kinematics.follow(X_AT, q_near, max_step, q);
   };
-  return straightLine(follow, q_from, X_AT_from, X_AT_to, valid, settings);
+  return straightLine(follow, q_from, X_AT_from, X_AT_to, settings);
 }
 
 }  // namespace handover

@@ -62,7 +62,8 @@ void expectSound(const TimedPath& path, const std::vector<VectorXd>& waypoints,
   EXPECT_EQ(path.qd.back().cwiseAbs().maxCoeff(), 0);
   for (std::size_t i = 0; i + 1 < path.t.size(); ++i) {
     EXPECT_LT(path.t[i], path.t[i + 1]);
-    EXPECT_LE(path.t[i + 1] - path.t[i], settings.max_sample_gap / settings.speed_scale * (1 + 1e-9));
+    EXPECT_LE(path.t[i + 1] - path.t[i],
+              settings.max_sample_gap / settings.speed_scale * (1 + 1e-9));
     EXPECT_TRUE(path.q[i].allFinite());
     EXPECT_TRUE(path.qd[i].allFinite());
   }

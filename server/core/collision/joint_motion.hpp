@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Curves through joint space, as the collision checks want to know them.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace handover {
+
+/// A continuous curve q(s) of some joints, s from 0 to 1.
+class JointMotion {
+ public:
+  virtual ~JointMotion() = default;
+
+  /// The state half way between two parameters, and per joint a bound on how far the curve strays
+  /// from it between them: |q(s) - q_middle| <= stray for all s in [from, to]. The bounds go to 0
+  /// with the stretch. No allocation when the sizes fit already. @pre 0 <= from <= to <= 1.
+  virtual void stretch(double from, double to, Eigen::VectorXd& q_middle,
+                       Eigen::VectorXd& stray) const = 0;
+};
+
+/// One straight segment. @pre `from` and `to` are of one size; they outlive this.
+class SegmentMotion : public JointMotion {
+ public:
+  SegmentMotion(const Eigen::Ref<const Eigen::VectorXd>& from,
+                const Eigen::Ref<const Eigen::VectorXd>& to)
+      : from_(from), to_(to) {}
+
+  void stretch(double from, double to, Eigen::VectorXd& q_middle,
+               Eigen::VectorXd& stray) const override {
+    q_middle = from_ + 0.5 * (from + to) * (to_ - from_);
+    stray = 0.5 * (to - from) * (to_ - from_).cwiseAbs();
+  }
+
+ private:
+  Eigen::Ref<const Eigen::VectorXd> from_, to_;
+};
+
+/// Straight segments from waypoint to waypoint, all given an equal share of s.
+class PolylineMotion : public JointMotion {
+ public:
+  /// @pre at least one waypoint, all of one size.
+  template <typename Vector>
+  explicit PolylineMotion(const std::vector<Vector>& waypoints)
+      : waypoints_(waypoints.front().size(), static_cast<Eigen::Index>(waypoints.size())) {
+    for (std::size_t i = 0; i < waypoints.size(); ++i) {
+      waypoints_.col(static_cast<Eigen::Index>(i)) = waypoints[i];
+    }
+  }
+
+  void stretch(double from, double to, Eigen::VectorXd& q_middle,
+               Eigen::VectorXd& stray) const override;
+
+ private:
+  Eigen::MatrixXd waypoints_;  ///< one per column
+};
+
+}  // namespace handover

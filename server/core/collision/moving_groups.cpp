@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/collision/moving_groups.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace handover {
+
+MovingGroups::MovingGroups(const RobotModel& model, const std::vector<int>& dofs)
+    : group_of_(model.links.size(), -1) {
+  for (std::size_t link = 0; link < model.links.size(); ++link) {
+    if (model.links[link].parent_joint < 0) continue;
+    const Joint& joint = model.joints[static_cast<std::size_t>(model.links[link].parent_joint)];
+    const int above = group_of_[static_cast<std::size_t>(joint.parent_link)];
+    const auto dof = std::find(dofs.begin(), dofs.end(), joint.dof);
+    if (joint.dof < 0 || dof == dofs.end()) {
+      group_of_[link] = above;
+      continue;
+    }
+    Group group;
+    group.link = static_cast<int>(link);
+    group.parent = above;
+    group.depth = above < 0 ? 0 : at(above).depth + 1;
+    group.state_index = static_cast<int>(dof - dofs.begin());
+    group.prismatic = joint.type == JointType::kPrismatic;
+    if (joint.mimic) {
+      group.multiplier = joint.mimic_multiplier;
+      group.offset = joint.mimic_offset;
+    }
+    group.axis = joint.axis;
+    group_of_[link] = size();
+    groups_.push_back(group);
+  }
+}
+
+void MovingGroups::setPosture(const RobotModel& model, const std::vector<Pose>& X_WL) {
+  for (Group& group : groups_) {
+    const Joint& joint = model.joints[static_cast<std::size_t>(
+        model.links[static_cast<std::size_t>(group.link)].parent_joint)];
+    group.X_PJ = X_WL[static_cast<std::size_t>(joint.parent_link)] * joint.X_PJ;
+    if (group.parent < 0) continue;
+    group.X_PJ = X_WL[static_cast<std::size_t>(at(group.parent).link)].inverse() * group.X_PJ;
+  }
+}
+
+void MovingGroups::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
+  for (Group& group : groups_) {
+    const double position = group.multiplier * q[group.state_index] + group.offset;
+    Pose& X_WG = group.X_WG;
+    if (group.parent < 0) {
+      X_WG = group.X_PJ;
+    } else {
+      const Pose& X_WP = at(group.parent).X_WG;
+      X_WG.linear().noalias() = X_WP.linear() * group.X_PJ.linear();
+      X_WG.translation().noalias() = X_WP.linear() * group.X_PJ.translation();
+      X_WG.translation() += X_WP.translation();
+    }
+    group.axis_W.noalias() = X_WG.linear() * group.axis;
+    if (group.prismatic) {
+      X_WG.translation() += position * group.axis_W;
+    } else {
+      // Rodrigues: each column of the joint's frame turned about the axis.
+      const double s = std::sin(position), c = std::cos(position);
+      const Eigen::Matrix3d R = X_WG.linear();
+      for (int i = 0; i < 3; ++i) {
+        const Eigen::Vector3d column = R.col(i);
+        X_WG.linear().col(i) =
+            c * column + s * group.axis_W.cross(column) + ((1 - c) * group.axis[i]) * group.axis_W;
+      }
+    }
+  }
+}
+
+void MovingGroups::boundTravel(const Eigen::VectorXd& stray) {
+  for (Group& group : groups_) {
+    group.stray = std::abs(group.multiplier) * stray[group.state_index];
+  }
+  for (int i = 0; i < size(); ++i) {
+    groups_[static_cast<std::size_t>(i)].travel = travelSeenFrom(-1, i, at(i).ball);
+  }
+}
+
+double MovingGroups::travelSeenFrom(int from, int group, const Ball& ball) const {
+  if (ball.radius < 0 || group == from) return 0;
+  const Eigen::Vector3d middle = at(group).X_WG * ball.middle;
+  double travel = 0;
+  for (int i = group; i != from; i = at(i).parent) {
+    const Group& joint = at(i);
+    if (joint.prismatic) {
+      travel += joint.stray;
+    } else {
+      const double lever = joint.axis_W.cross(middle - joint.X_WG.translation()).norm();
+      travel += (lever + ball.radius + travel) * joint.stray;
+    }
+  }
+  return travel;
+}
+
+double MovingGroups::approach(int a, const Ball& ball_a, int b, const Ball& ball_b) const {
+  // What is above the group that both hang on moves them as one.
+  int i = a, j = b;
+  while (i != j) {
+    const int depth_i = i < 0 ? -1 : at(i).depth, depth_j = j < 0 ? -1 : at(j).depth;
+    if (depth_i >= depth_j) i = at(i).parent;
+    if (depth_j >= depth_i) j = at(j).parent;
+  }
+  double approach = 0;
+  if (a >= 0) approach += travelSeenFrom(i, a, ball_a);
+  if (b >= 0) approach += travelSeenFrom(i, b, ball_b);
+  return approach;
+}
+
+}  // namespace handover

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// The links of a robot that some of its joints move, those that move as one taken together: where
+// they are, and how far they can get while the joints stray a little.
+#pragma once
+
+#include "core/model/robot_model.hpp"
+
+#include <vector>
+
+namespace handover {
+
+/// A ball round something that moves with a group, in the frame of the group's first link.
+struct Ball {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  double radius = -1;  ///< < 0: nothing
+};
+
+/// Parents come before children. -1 stands for all that no joint moves. No allocation but in the
+/// constructor. Set a posture, then place(), then boundTravel(): each needs the ones before.
+class MovingGroups {
+ public:
+  /// @param dofs  those that move, in the order of the states asked.
+  MovingGroups(const RobotModel& model, const std::vector<int>& dofs);
+
+  int size() const { return static_cast<int>(groups_.size()); }
+
+  /// The group that a link moves with, or -1.
+  int groupOf(int link) const { return group_of_[static_cast<std::size_t>(link)]; }
+
+  /// The link that the group's joint moves: its frame is the group's.
+  int linkOf(int group) const { return at(group).link; }
+
+  /// Takes the places of all that stands still from the poses of all links.
+  void setPosture(const RobotModel& model, const std::vector<Pose>& X_WL);
+
+  /// A ball that holds all of a group.
+  void setBall(int group, const Ball& ball) {
+    groups_[static_cast<std::size_t>(group)].ball = ball;
+  }
+
+  /// Moves the groups to a state of the dofs.
+  void place(const Eigen::Ref<const Eigen::VectorXd>& q);
+
+  const Pose& pose(int group) const { return at(group).X_WG; }
+
+  /// Lets each dof stray by up to `stray` [rad or m] from where it is placed.
+  void boundTravel(const Eigen::VectorXd& stray);
+
+  /// No point of the group's ball then gets farther than this in the world [m].
+  double travel(int group) const { return group < 0 ? 0.0 : at(group).travel; }
+
+  /// No two points, one of a ball that moves with group a and one of a ball that moves with b, then
+  /// get nearer to each other by more [m]. A ball of -1 is not looked at.
+  double approach(int a, const Ball& ball_a, int b, const Ball& ball_b) const;
+
+ private:
+  struct Group {
+    int link = -1, parent = -1;
+    int depth = 0;  ///< number of groups above
+    int state_index = -1;
+    bool prismatic = false;
+    double multiplier = 1, offset = 0;
+    Eigen::Vector3d axis;          ///< unit, in the group's frame as in the joint's
+    Pose X_PJ = Pose::Identity();  ///< of the joint in the parent group, or in the world
+    Pose X_WG = Pose::Identity();
+    Eigen::Vector3d axis_W = Eigen::Vector3d::Zero();
+    double stray = 0;
+    Ball ball;
+    double travel = 0;
+  };
+
+  const Group& at(int group) const { return groups_[static_cast<std::size_t>(group)]; }
+
+  /// Of a ball that moves with `group`, as seen from the group `from` above it (-1: the world). The
+  /// joints are taken from the outermost inwards, each turning what the outer ones may have moved:
+  ///   travel := travel + (distance of the ball from the axis, at most + travel) * angle.
+  double travelSeenFrom(int from, int group, const Ball& ball) const;
+
+  std::vector<int> group_of_;  ///< by link
+  std::vector<Group> groups_;
+};
+
+}  // namespace handover
