@@ -153,9 +153,10 @@ bool ClientStream::send(wire::Writer<msg::PlanStage>& writer, const PlanStage& s
 }
 
 void ClientStream::forget(wire::Writer<msg::PlanStage>& writer, Clock::time_point now) {
-  // A full writer forgets its oldest answer before its time.
+  // A full writer forgets the older half of its answers before their time: not one by one, or each
+  // request from then on would wait for the acknowledgement, which takes up to a heartbeat.
   const bool full = now == Clock::time_point::max();
-  while (!answered_.empty() && (full ? answered_.size() >= kAnswered
+  while (!answered_.empty() && (full ? answered_.size() > kAnswered / 2
                                      : now - answered_.front().at >= settings_.retention)) {
     writer.unregister(keyOnly(answered_.front().id));
     answered_.pop_front();

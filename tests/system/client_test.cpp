@@ -6,6 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 namespace handover::test {
 namespace {
 
@@ -33,6 +36,18 @@ TEST_F(ClientOfAnotherProcess, IsAnsweredAgainAndAgain) {
     EXPECT_TRUE(std::holds_alternative<Done>(handle.wait()));
     EXPECT_GT(stages, 10);
   }
+}
+
+TEST_F(ClientOfAnotherProcess, WaitsForNoHeartbeatHoweverOftenItAsks) {
+  // More requests than the daemon keeps answers of.
+  std::vector<double> seconds;
+  for (int i = 0; i < 200; ++i) {
+    const auto handle = client_.plan(scripted("fail"));
+    ASSERT_TRUE(handle.waitFor(20s)) << "request " << i;
+    if (i >= 140) seconds.push_back(handle.answerTime().count());
+  }
+  std::sort(seconds.begin(), seconds.end());
+  EXPECT_LT(seconds[seconds.size() / 2], 0.05);  // the heartbeat's period is 0.1; usual is 0.0003
 }
 
 TEST_F(ClientOfAnotherProcess, IsAnsweredAfterACancel) {
