@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <ostream>
@@ -20,6 +21,12 @@ std::string firstLineAfter(const char* file, const std::string& key) {
     return value == std::string::npos ? "" : line.substr(value);
   }
   return "unknown";
+}
+
+std::string loadOfTheLastMinute() {
+  std::string load;
+  std::ifstream("/proc/loadavg") >> load;
+  return load;
 }
 
 std::string compiler() {
@@ -49,7 +56,7 @@ void Report::add(const Report& other) {
 std::string machine() {
   std::string text = firstLineAfter("/proc/cpuinfo", "model name") + ", " +
                      std::to_string(std::thread::hardware_concurrency()) + " cores, load " +
-                     firstLineAfter("/proc/loadavg", "") + "\n" + compiler();
+                     loadOfTheLastMinute() + "\n" + compiler();
 #ifdef NDEBUG
   text += ", release build";
 #else
