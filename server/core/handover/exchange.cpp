@@ -306,24 +306,31 @@ PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp
 
 // ---- motions
 
-std::optional<FeasibleGrasp> ExchangePlanner::reachable(const Pose& X_WH,
-                                                        const FeasibleGrasp& receive) {
+bool ExchangePlanner::keepReachable(const Pose& X_WH, FeasibleGrasp& receive) {
   const Grasp& grasp = graspOf(receiver_, receive);
+  const Pose X_WT = X_WH * grasp.X_OT;
+  // Mostly the arm cannot fold so far: then no configuration needs to be looked at.
+  IkQuery behind;
+  behind.swivel_samples = 8;
+  const auto enough = [](const ArmVector&) { return false; };
+  const Pose X_WT_back = receiver_.backedOff(X_WT, kBackOff.back());
+  if (receiver_.kinematics->visit(receiver_.worldToArm(X_WT_back), behind, enough).solutions == 0) {
+    return false;
+  }
+
   const auto robot = static_cast<std::size_t>(receiver_.robot);
   CellState open = start_;
   open.X_WO = X_WH;
   open.q[robot] = receiver_.withFingers(std::move(open.q[robot]), grasp.open);
   StateChecker checker = checkers_.make(open, receiver_, receiver_.arm_model->dofs, {});
-  FeasibleGrasp found = receive;
-  found.configurations.clear();
+  std::vector<ArmVector> reachable;
   for (const ArmVector& q : receive.configurations) {
-    if (found.configurations.size() >= budget_.configurations) break;
-    if (checker.valid(q) && backOff(receiver_, q, X_WH * grasp.X_OT, checker)) {
-      found.configurations.push_back(q);
-    }
+    if (reachable.size() >= budget_.configurations) break;
+    if (checker.valid(q) && backOff(receiver_, q, X_WT, checker)) reachable.push_back(q);
   }
-  if (found.configurations.empty()) return std::nullopt;
-  return found;
+  if (reachable.empty()) return false;
+  receive.configurations = std::move(reachable);
+  return true;
 }
 
 const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(

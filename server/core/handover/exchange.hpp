@@ -74,9 +74,9 @@ class ExchangePlanner {
   /// Whether the receiver can put the object down with this grasp and leave.
   bool canPlace(const FeasibleGrasp& place) { return placeMotion(place).has_value(); }
 
-  /// The receiver's grasp at the handover with those of its configurations alone that can be come
-  /// to straight, the giver out of the way; nullopt: none.
-  std::optional<FeasibleGrasp> reachable(const Pose& X_WH, const FeasibleGrasp& receive);
+  /// Leaves the receiver's grasp at the handover those configurations alone that can be come to
+  /// straight with the giver out of the way; false, nothing changed, if there are none.
+  bool keepReachable(const Pose& X_WH, FeasibleGrasp& receive);
 
   /// All motions of a tuple, or the stage at which none was found.
   struct Failure {

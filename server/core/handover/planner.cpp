@@ -234,20 +234,14 @@ bool HandoverSearch::tryTuples(Pairing& pairing, std::vector<HandoverTuple> tupl
                             std::pair(b.place.manipulability, b.give.manipulability);
                    });
   if (tuples.empty()) return false;
-  // The tuples of a pose share g_r: where it cannot be placed or come to, none of them can.
+  // The tuples of a pose share g_r: where it cannot be placed, none of them can.
   if (!pairing.exchange->canPlace(tuples.front().place)) {
     motion_rejects_.add(toString(StageKind::kReceiverPlace));
-    return false;
-  }
-  const auto receive = pairing.exchange->reachable(tuples.front().X_WH, tuples.front().receive);
-  if (!receive) {
-    motion_rejects_.add(toString(StageKind::kReceiverApproach));
     return false;
   }
   std::size_t searched = 0;
   for (std::size_t i = 0; i < tuples.size() && searched < most && !spent(); ++i) {
     checkDeadline();
-    tuples[i].receive = *receive;
     const auto connected = pairing.exchange->connect(tuples[i]);
     checkDeadline();
     if (const auto* failure = std::get_if<ExchangePlanner::Failure>(&connected)) {
@@ -288,11 +282,17 @@ bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
   const Pose X_WH = X_WT * grasp.X_OT.inverse();
   ++counts.poses_tried;
 
-  const PrunedGrasps receive = pairing.exchange->pruneReceiverAt(X_WH, place);
+  PrunedGrasps receive = pairing.exchange->pruneReceiverAt(X_WH, place);
   rejects.add(receive.rejects);
   if (receive.kept.empty()) return false;
+  FeasibleGrasp& received = receive.kept.front();
+  // The paper counts this pose whether or not there is a straight way to it.
+  if (problem_.mode != SearchMode::kAll && !pairing.exchange->keepReachable(X_WH, received)) {
+    rejects.add(toString(StageKind::kReceiverApproach));
+    return false;
+  }
   const PrunedGrasps give =
-      pairing.exchange->pruneGiverAt(X_WH, receive.kept.front(), given_.at(pairing.giver_arm));
+      pairing.exchange->pruneGiverAt(X_WH, received, given_.at(pairing.giver_arm));
   rejects.add(give.rejects);
   if (give.kept.empty()) return false;
   ++counts.poses;
@@ -301,8 +301,8 @@ bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
 
   std::vector<HandoverTuple> tuples;
   for (const FeasibleGrasp& given : give.kept) {
-    tuples.push_back({X_WH, place, receive.kept.front(),
-                      *given_.at(pairing.giver_arm).find(given.grasp), given});
+    tuples.push_back(
+        {X_WH, place, received, *given_.at(pairing.giver_arm).find(given.grasp), given});
   }
   if (problem_.mode == SearchMode::kAll) {  // counted first, connected afterwards in the same order
     poses_.push_back(std::move(tuples));
