@@ -15,11 +15,14 @@
 namespace handover {
 namespace {
 
-constexpr double kNeighbourhood = 0.20;      // [paper] §IV-B: lattice points near the midpoint [m]
-constexpr std::size_t kWidePoints = 24;      // lattice points that `wide` adds, by score
-constexpr int kWideTurns = 8;                // rotations about z_shoulder that `wide` adds
-constexpr std::uint32_t kWidePoses = 1'500;  // handover poses that `wide` asks for at most
-constexpr std::size_t kTuplesPerPose = 3;    // tuples of one pose whose motions are tried
+constexpr double kNeighbourhood = 0.20;  // [paper] §IV-B: lattice points near the midpoint [m]
+constexpr std::size_t kWidePoints = 24;  // lattice points that `wide` adds, by score
+constexpr int kWideTurns = 8;            // rotations about z_shoulder that `wide` adds
+// Handover poses that `wide` asks for at most. Most fall to the cheap test for a straight way
+// there; mode all, which counts as the paper does, has no such test.
+constexpr std::uint32_t kWidePoses = 8'000;
+constexpr std::uint32_t kWidePosesCounted = 1'500;
+constexpr std::size_t kTuplesPerPose = 3;       // tuples of one pose whose motions are tried
 constexpr std::uint32_t kConnectAttempts = 60;  // tuples of a request whose motions are tried
 constexpr std::uint32_t kHandsAttempts = 600;   // tuples whose hands did not go together
 
@@ -322,13 +325,17 @@ bool HandoverSearch::tryPoses(Pairing& pairing, bool wide) {
 
   const std::size_t points = wide ? std::min(kWidePoints, pairing.points.size()) : 1;
   const int turns = wide ? kWideTurns : 1;
+  const std::uint32_t most_poses =
+      problem_.mode == SearchMode::kAll ? kWidePosesCounted : kWidePoses;
   bool solved = false;
-  for (std::size_t point = 0; point < points && !solved; ++point) {
-    for (int turn = 0; turn < turns && !solved; ++turn) {
+  // Another place more often helps than another turn at the same one: an arm that cannot fold so
+  // far there cannot in any turn.
+  for (int turn = 0; turn < turns && !solved; ++turn) {
+    for (std::size_t point = 0; point < points && !solved; ++point) {
       if (wide && point == 0 && turn == 0) continue;  // the paper's, tried already
       for (const FeasibleGrasp* place : pairing.place_order) {
         checkDeadline();
-        if (counts.poses_tried >= kWidePoses || spent()) break;
+        if (counts.poses_tried >= most_poses || spent()) break;
         solved = tryPose(pairing, *place, pairing.points[point], 2 * M_PI * turn / kWideTurns,
                          counts, rejects);
         if (solved) break;
