@@ -12,13 +12,19 @@ namespace {
 
 const std::string kRoot = HANDOVER_SOURCE_DIR "/tests/support";
 
+struct Robot {
+  const char* name;
+  std::size_t arm_joints, hand_joints;
+};
+
+constexpr Robot kUr{"ur", 6, 2};
+constexpr Robot kIiwa{"iiwa", 7, 1};  // one finger mimics the other
+constexpr Robot kPanda{"panda", 7, 2};
+
 struct Task {
   const char* cell;
   const char* task;
-  const char* giver;
-  int giver_joints;
-  const char* receiver;
-  int receiver_joints;
+  Robot giver, receiver;
 };
 
 std::ostream& operator<<(std::ostream& out, const Task& task) {
@@ -27,14 +33,13 @@ std::ostream& operator<<(std::ostream& out, const Task& task) {
 
 class OtherArms : public ServedCells, public testing::WithParamInterface<Task> {};
 
-INSTANTIATE_TEST_SUITE_P(System, OtherArms,
-                         testing::Values(Task{"exchange", "to_iiwa", "ur", 6, "iiwa", 7},
-                                         Task{"exchange", "to_ur", "iiwa", 7, "ur", 6},
-                                         Task{"offset", "to_panda", "ur", 6, "panda", 7},
-                                         Task{"offset", "to_ur", "panda", 7, "ur", 6}),
-                         [](const auto& shown) {
-                           return std::string(shown.param.giver) + "_" + shown.param.receiver;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    System, OtherArms,
+    testing::Values(Task{"exchange", "to_iiwa", kUr, kIiwa}, Task{"exchange", "to_ur", kIiwa, kUr},
+                    Task{"offset", "to_panda", kUr, kPanda}, Task{"offset", "to_ur", kPanda, kUr}),
+    [](const auto& shown) {
+      return std::string(shown.param.giver.name) + "_" + shown.param.receiver.name;
+    });
 
 TEST_P(OtherArms, PlanIsCompleteAndVerified) {
   const Task& task = GetParam();
@@ -45,16 +50,16 @@ TEST_P(OtherArms, PlanIsCompleteAndVerified) {
   ASSERT_EQ(planned.status, 0) << planned.out << planned.err;
 
   const auto plan = nlohmann::json::parse(textOf(file("p.json")))["plan"];
-  EXPECT_EQ(plan["giver"], task.giver);
-  EXPECT_EQ(plan["receiver"], task.receiver);
+  EXPECT_EQ(plan["giver"], task.giver.name);
+  EXPECT_EQ(plan["receiver"], task.receiver.name);
   ASSERT_EQ(plan["stages"].size(), 14u);
   for (const auto& stage : plan["stages"]) {
     const std::string kind = stage["kind"];
     const bool fingers = kind.ends_with("_grasp") || kind.ends_with("_release");
     // Fingers may go with the arm on its way to the object.
     if (kind.ends_with("_reach")) continue;
-    const int arm = kind.starts_with("giver_") ? task.giver_joints : task.receiver_joints;
-    EXPECT_EQ(stage["joints"].size(), fingers ? 2u : static_cast<std::size_t>(arm)) << kind;
+    const Robot& robot = kind.starts_with("giver_") ? task.giver : task.receiver;
+    EXPECT_EQ(stage["joints"].size(), fingers ? robot.hand_joints : robot.arm_joints) << kind;
   }
 
   const Finished verified = verify("p.json", "--root " + kRoot);
