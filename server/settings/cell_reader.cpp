@@ -230,7 +230,7 @@ void readGrasps(const YamlValue& value, ObjectDescription& object) {
     auto map = hands.map();
     if (!map) continue;
     for (const auto& [hand, count] : map->all()) {
-      if (const auto number = count.integer(1, 100000)) object.grasp_counts[robot][hand] = *number;
+      if (const auto number = count.integer(1, 10000)) object.grasp_counts[robot][hand] = *number;
     }
   }
 }

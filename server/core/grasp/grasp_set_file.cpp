@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/grasp/grasp_set.hpp"
+#include "core/model/file_text.hpp"
 
 #include <nlohmann/json.hpp>
 #include <unistd.h>
@@ -9,7 +10,6 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
-#include <sstream>
 #include <stdexcept>
 
 namespace handover {
@@ -17,10 +17,11 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kFormat = "handover-grasp-set/1";
+constexpr const char* kFormat = "handover-grasp-set/2";
 /// Raised whenever the same inputs would give another set.
 constexpr std::uint64_t kGeneratorVersion = 1;
-constexpr std::size_t kMaxGrasps = 100000;
+constexpr std::size_t kMaxGrasps = 10000;
+constexpr std::uint64_t kMaxMib = 64;
 constexpr std::size_t kMaxPerGrasp = 256;  // joints, contacts
 
 /// Feeds values into a 64-bit xxhash, each with its size, so that no two inputs look alike.
@@ -168,6 +169,12 @@ std::string hex(std::uint64_t value) {
   return text;
 }
 
+/// Of the grasps as they are written.
+std::string checksum(const json& grasps) {
+  const std::string text = grasps.dump();
+  return hex(XXH64(text.data(), text.size(), 0));
+}
+
 /// What is wrong, with the field's path; turned into an Error where the file's name is known.
 class Malformed : public std::runtime_error {
  public:
@@ -270,6 +277,9 @@ GraspSet graspSet(const json& file, std::uint64_t expected_hash) {
       throw Malformed(path + ".quality", "is better than the one before");
     }
   }
+  if (text(member(file, "", "checksum"), "checksum") != checksum(grasps)) {
+    throw Malformed("checksum", "does not fit the grasps: the file is damaged");
+  }
   return set;
 }
 
@@ -301,8 +311,10 @@ Result<bool> writeGraspSet(const GraspSet& set, std::uint64_t hash,
                            const std::filesystem::path& file) {
   json grasps = json::array();
   for (const Grasp& g : set.grasps) grasps.push_back(toJson(g));
-  const json whole = {{"format", kFormat},  {"hash", hex(hash)}, {"object", set.object},
-                      {"robot", set.robot}, {"hand", set.hand},  {"grasps", std::move(grasps)}};
+  const std::string sum = checksum(grasps);
+  const json whole = {{"format", kFormat},          {"hash", hex(hash)},  {"checksum", sum},
+                      {"object", set.object},       {"robot", set.robot}, {"hand", set.hand},
+                      {"grasps", std::move(grasps)}};
   std::filesystem::path temporary = file;
   temporary += ".tmp" + std::to_string(::getpid());
   std::error_code failed;
@@ -326,18 +338,10 @@ Result<bool> writeGraspSet(const GraspSet& set, std::uint64_t hash,
 }
 
 Result<GraspSet> readGraspSet(const std::filesystem::path& file, std::uint64_t expected_hash) {
-  std::error_code failed;
-  if (!std::filesystem::exists(file, failed))
-    return {ErrorCode::kNotFound, file.string() + ": no such file"};
-  if (!std::filesystem::is_regular_file(file, failed)) {
-    return {ErrorCode::kInvalidInput, file.string() + ": not a regular file"};
-  }
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream content;
-  content << stream.rdbuf();
-  if (!stream) return {ErrorCode::kIo, file.string() + ": cannot be read"};
+  const Result<std::string> content = readFileText(file, kMaxMib);
+  if (!content) return {content.error().code, file.string() + ": " + content.error().detail};
   try {
-    return graspSet(json::parse(content.str()), expected_hash);
+    return graspSet(json::parse(*content), expected_hash);
   } catch (const json::exception& fault) {
     return {ErrorCode::kInvalidInput, file.string() + ": " + fault.what()};
   } catch (const Malformed& fault) {

@@ -200,7 +200,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "26: objects.cup.grasps.right.foot: robot 'right' has no such hand"},
         BadCell{
             "grasp_count", "right: {hand: 20}", "right: {hand: 0}",
-            "26: objects.cup.grasps.right.hand: must be a whole number from 1 to 100000, not '0'"},
+            "26: objects.cup.grasps.right.hand: must be a whole number from 1 to 10000, not '0'"},
         BadCell{"task_object", "object: cup", "object: mug",
                 "29: tasks.serve.object: no object 'mug' in this cell"},
         BadCell{"task_giver", "giver: left", "giver: nobody",
@@ -264,9 +264,9 @@ INSTANTIATE_TEST_SUITE_P(
                 "26: objects.cup.grasps.nobody: no such robot in this cell"},
         BadCell{
             "grasp_negative", "right: {hand: 20}", "right: {hand: -5}",
-            "26: objects.cup.grasps.right.hand: must be a whole number from 1 to 100000, not '-5'"},
+            "26: objects.cup.grasps.right.hand: must be a whole number from 1 to 10000, not '-5'"},
         BadCell{"grasp_huge", "right: {hand: 20}", "right: {hand: 1e30}",
-                "26: objects.cup.grasps.right.hand: must be a whole number from 1 to 100000, not "
+                "26: objects.cup.grasps.right.hand: must be a whole number from 1 to 10000, not "
                 "'1e30'"},
         BadCell{"task_attached", "object: cup\n    giver: right", "object: tray\n    giver: right",
                 "34: tasks.fetch.object: 'tray' is attached to a robot"},

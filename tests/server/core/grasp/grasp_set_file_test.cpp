@@ -176,6 +176,9 @@ const Fault kFaults[] = {
      "contacts[0].n_O"},
     {"no_quality", [](json& f) { f["grasps"][0].erase("quality"); }, "grasps[0].quality"},
     {"negative_quality", [](json& f) { f["grasps"][1]["quality"] = -0.1; }, "grasps[1].quality"},
+    {"other_pose", [](json& f) { f["grasps"][1]["X_OT"]["xyz"][0] = 0.5; },
+     "checksum: does not fit the grasps"},
+    {"no_checksum", [](json& f) { f.erase("checksum"); }, "checksum: is missing"},
     {"unsorted", [](json& f) { f["grasps"][1]["quality"] = 0.9; }, "grasps[1].quality"},
 };
 
