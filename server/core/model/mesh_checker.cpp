@@ -239,16 +239,50 @@ class ColladaChecker {
       if (name == "node" && value != nullptr) nodes_.emplace(value, &element);
     }
     if (name == "float_array" || name == "translate" || name == "rotate" || name == "scale" ||
-        name == "matrix" || name == "lookat" || name == "skew") {
+        name == "matrix" || name == "lookat" || name == "skew" || name == "color") {
       const char* text = element.GetText();
       if (text != nullptr) {
         faults_.checkNumbers(element.GetLineNum(), wordsOf(text), 0, "<" + std::string(name) + ">");
       }
     }
+    if (name == "p" || name == "v" || name == "vcount") checkIndices(element);
     if (name == "vcount") checkCorners(element);
+    checkRequired(element);
     for (const char* size : {"count", "stride", "offset"}) checkSize(element, size);
     for (const auto* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
       walk(*e);
+    }
+  }
+
+  /// Without these assimp reads what is not there.
+  void checkRequired(const XMLElement& element) {
+    static const std::map<std::string_view, std::vector<const char*>> kRequired = {
+        {"float_array", {"id", "count"}},
+        {"Name_array", {"id", "count"}},
+        {"IDREF_array", {"id", "count"}},
+        {"int_array", {"id", "count"}},
+        {"accessor", {"source", "count"}},
+        {"source", {"id"}},
+        {"geometry", {"id"}},
+        {"vertices", {"id"}},
+        {"input", {"semantic", "source"}},
+        {"triangles", {"count"}},
+        {"trifans", {"count"}},
+        {"tristrips", {"count"}},
+        {"polylist", {"count"}},
+        {"polygons", {"count"}},
+        {"lines", {"count"}},
+        {"linestrips", {"count"}},
+        {"instance_geometry", {"url"}},
+        {"instance_node", {"url"}},
+        {"instance_visual_scene", {"url"}}};
+    const auto required = kRequired.find(element.Name());
+    if (required == kRequired.end()) return;
+    for (const char* attribute : required->second) {
+      if (const char* text = element.Attribute(attribute); text != nullptr && *text != '\0')
+        continue;
+      faults_.add(element.GetLineNum(),
+                  "<" + std::string(element.Name()) + "> has no " + attribute);
     }
   }
 
@@ -259,6 +293,19 @@ class ColladaChecker {
     if (value && *value >= 1e-9 && *value <= 1e9) return;
     faults_.add(unit.GetLineNum(),
                 "<unit>: meter is not a number above 0: '" + std::string(meter) + "'");
+  }
+
+  /// Of a word that is no index assimp makes indices without end.
+  void checkIndices(const XMLElement& list) {
+    const char* text = list.GetText();
+    for (const std::string_view word : wordsOf(text == nullptr ? "" : text)) {
+      const bool whole =
+          std::all_of(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; });
+      if (whole && word.size() < 10) continue;
+      return faults_.add(list.GetLineNum(), "<" + std::string(list.Name()) +
+                                                "> is not of whole numbers: '" + std::string(word) +
+                                                "'");
+    }
   }
 
   void checkCorners(const XMLElement& vcount) {
@@ -276,7 +323,10 @@ class ColladaChecker {
     const char* text = element.Attribute(attribute);
     if (text == nullptr) return;
     const std::optional<double> value = parseNumber(text);
-    if (value && *value >= 0 && *value <= static_cast<double>(bytes_)) return;
+    if (value && *value >= 0 && *value <= static_cast<double>(bytes_) &&
+        *value == std::floor(*value)) {
+      return;
+    }
     faults_.add(element.GetLineNum(), "<" + std::string(element.Name()) + ">: " + attribute +
                                           " does not fit the file: '" + text + "'");
   }

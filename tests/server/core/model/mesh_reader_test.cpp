@@ -286,6 +286,10 @@ TEST_F(ReadConvexMesh, NamesTheLineOfAColladaFault) {
               HasSubstr("a.dae:5: <float_array>: count does not fit the file: '4000000000'"));
   EXPECT_THAT(fault("offset=\"0\"", "offset=\"-1\""), HasSubstr("<input>: offset does not fit"));
   EXPECT_THAT(fault("0 3 2</p>", "0 3 9</p>"), HasSubstr("cannot be read as a mesh"));
+  EXPECT_THAT(fault("0 3 2</p>", "0 { 2</p>"),
+              HasSubstr("a.dae:8: <p> is not of whole numbers: '{'"));
+  EXPECT_THAT(fault("id=\"pa\" count=\"12\"", "id=\"pa\""),
+              HasSubstr("a.dae:5: <float_array> has no count"));
   EXPECT_THAT(fault("COLLADA xmlns", "HTML xmlns"), HasSubstr("is not well-formed XML"));
   EXPECT_THAT(faultOf("a.dae", "<html/>"), HasSubstr("a.dae:1: has no <COLLADA> as its root"));
 }
