@@ -13,6 +13,7 @@
 #include <cstring>
 #include <map>
 #include <optional>
+#include <set>
 #include <string_view>
 
 namespace handover {
@@ -217,6 +218,12 @@ class ColladaChecker {
       return faults_.add(root == nullptr ? 0 : root->GetLineNum(), "has no <COLLADA> as its root");
     }
     walk(*root);  // at most 100 levels, tinyxml2's own bound
+    for (const XMLElement* accessor : accessors_) checkAccessor(*accessor);
+    for (const XMLElement* input : inputs_) {
+      const char* source = input->Attribute("source");
+      if (source == nullptr || sources_.contains(idOf(source))) continue;
+      faults_.add(input->GetLineNum(), "<input>: no source '" + std::string(source) + "'");
+    }
     for (const XMLElement* scene : scenes_) {
       if (partsOf(*scene, 0) > kMaxMeshParts) {
         faults_.add(scene->GetLineNum(), more(kMaxMeshParts, "nodes and instances"));
@@ -247,6 +254,12 @@ class ColladaChecker {
     }
     if (name == "p" || name == "v" || name == "vcount") checkIndices(element);
     if (name == "vcount") checkCorners(element);
+    if (name == "accessor") accessors_.push_back(&element);
+    if (name == "input") inputs_.push_back(&element);
+    if (const char* id = element.Attribute("id"); id != nullptr) {
+      if (name == "source" || name == "vertices") sources_.insert(id);
+      if (name.ends_with("_array")) arrays_.emplace(id, checkArray(element));
+    }
     checkRequired(element);
     for (const char* size : {"count", "stride", "offset"}) checkSize(element, size);
     for (const auto* e = element.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
@@ -283,6 +296,40 @@ class ColladaChecker {
         continue;
       faults_.add(element.GetLineNum(),
                   "<" + std::string(element.Name()) + "> has no " + attribute);
+    }
+  }
+
+  static std::string idOf(const char* reference) {
+    return *reference == '#' ? reference + 1 : reference;
+  }
+
+  /// How many values an array has.
+  double checkArray(const XMLElement& array) {
+    const char* text = array.GetText();
+    const std::size_t values = wordsOf(text == nullptr ? "" : text).size();
+    const char* count = array.Attribute("count");
+    if (count != nullptr && parseNumber(count) != static_cast<double>(values)) {
+      faults_.add(array.GetLineNum(), "<" + std::string(array.Name()) + "> has " +
+                                          std::to_string(values) + " values, not '" + count + "'");
+    }
+    return static_cast<double>(values);
+  }
+
+  void checkAccessor(const XMLElement& accessor) {
+    const auto number = [&accessor](const char* attribute, double otherwise) {
+      const char* text = accessor.Attribute(attribute);
+      return text == nullptr ? otherwise : parseNumber(text).value_or(otherwise);
+    };
+    const char* source = accessor.Attribute("source");
+    if (source == nullptr) return;  // said already
+    const auto array = arrays_.find(idOf(source));
+    if (array == arrays_.end()) {
+      return faults_.add(accessor.GetLineNum(),
+                         "<accessor>: no array '" + std::string(source) + "'");
+    }
+    const double stride = number("stride", 1);
+    if (stride < 1 || number("offset", 0) + number("count", 0) * stride > array->second) {
+      faults_.add(accessor.GetLineNum(), "<accessor> reaches beyond its array");
     }
   }
 
@@ -365,7 +412,9 @@ class ColladaChecker {
 
   std::size_t bytes_;
   Faults& faults_;
-  std::vector<const XMLElement*> scenes_;
+  std::vector<const XMLElement*> scenes_, accessors_, inputs_;
+  std::map<std::string, double> arrays_;
+  std::set<std::string> sources_;
   std::multimap<std::string, const XMLElement*> nodes_;
   std::map<const XMLElement*, Visit> visits_;
 };
