@@ -98,7 +98,10 @@ double Kinematics::manipulability(const Arm& arm, const std::vector<double>& q) 
   }
   KDL::Jacobian jacobian(chain.getNrOfJoints());
   KDL::ChainJntToJacSolver(chain).JntToJac(positions, jacobian);
-  const Eigen::Matrix<double, 6, 6> gram = jacobian.data * jacobian.data.transpose();
+  // The smaller of the two: with fewer than six joints the other is singular everywhere.
+  const bool few = jacobian.data.cols() < 6;
+  const Eigen::MatrixXd gram = few ? Eigen::MatrixXd(jacobian.data.transpose() * jacobian.data)
+                                   : Eigen::MatrixXd(jacobian.data * jacobian.data.transpose());
   return std::sqrt(std::max(0.0, gram.determinant()));
 }
 

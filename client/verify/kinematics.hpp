@@ -19,7 +19,8 @@ class Kinematics {
   /// X_WL of every link. @pre q has an entry for every joint of the robot (mimic ones filled in).
   void linkPoses(const std::vector<double>& q, std::vector<Pose>& X_WL) const;
 
-  /// Yoshikawa's manipulability sqrt(det(J Jᵀ)) of the arm's joints at the tool link.
+  /// Yoshikawa's manipulability sqrt(det(J Jᵀ)) of the arm's joints at the tool link; of fewer
+  /// than six joints sqrt(det(Jᵀ J)).
   double manipulability(const Arm& arm, const std::vector<double>& q) const;
 
  private:

@@ -221,8 +221,8 @@ void checkDexterity(const Motion& motion, Report& report) {
     const double time = motion.stage(s).end();
     const double computed = scene.kinematics[static_cast<std::size_t>(party.robot)].manipulability(
         party.arm, motion.jointsAt(party.robot, time));
-    // An arm of fewer than six joints has none at all, but for rounding.
-    constexpr double kZero = 1e-12;
+    // An arm with joints to spare in a plane has none at all, but for rounding.
+    constexpr double kZero = 1e-7;  // the square root of what rounding leaves of zero
     if (std::abs(computed - claimed) >
         kDexterityTolerance * std::max(std::abs(computed), std::abs(claimed)) + kZero) {
       char what[128];

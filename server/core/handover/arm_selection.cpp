@@ -4,8 +4,26 @@
 #include "core/handover/role.hpp"
 
 #include <algorithm>
+#include <optional>
 
 namespace handover {
+namespace {
+
+/// What the map cannot know: it has holes where few samples fell, at the edge of the reach.
+/// The manipulability of the first configuration that reaches a grasp of the object; nullopt: none.
+std::optional<double> reachedByIk(const Role& role, const Pose& X_WO) {
+  std::optional<double> manipulability;
+  for (const Grasp& grasp : role.grasps->grasps) {
+    role.kinematics->visit(role.worldToArm(X_WO * grasp.X_OT), IkQuery{}, [&](const ArmVector& q) {
+      manipulability = role.kinematics->manipulability(q);
+      return false;
+    });
+    if (manipulability) break;
+  }
+  return manipulability;
+}
+
+}  // namespace
 
 ArmRanking rankArms(const HandoverProblem& problem, int robot, const Pose& X_WO,
                     const std::string& only, SearchWidth search) {
@@ -27,10 +45,14 @@ ArmRanking rankArms(const HandoverProblem& problem, int robot, const Pose& X_WO,
       }
       if (!only.empty() && score.arm != only) {
         score.rejected = "not asked for";
-      } else if (score.manipulability <= 0) {
-        score.rejected = "does not reach";
-      } else {
+      } else if (score.manipulability > 0) {
         ranking.arms.push_back({arm, score.manipulability});
+      } else if (const auto reached =
+                     search == SearchWidth::kWide ? reachedByIk(role, X_WO) : std::nullopt) {
+        score.manipulability = *reached;
+        ranking.arms.push_back({arm, *reached});
+      } else {
+        score.rejected = "does not reach";
       }
     }
     ranking.scores.push_back(std::move(score));

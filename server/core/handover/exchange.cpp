@@ -248,16 +248,15 @@ class GraspChecker : public GraspTest {
 
 }  // namespace
 
-PrunedGrasps ExchangePlanner::pruneGiverAtStart() {
+PrunedGrasps ExchangePlanner::pruneGiverAtStart(const PruneEffort& effort) {
   GraspChecker test(checkers_, spare_checkers_, start_, giver_, {.start_rest = true},
                     {.giver_hand = true, .start_rest = true});
   const ArmVector home = giver_.armOf(start_.q[static_cast<std::size_t>(giver_.robot)]);
   const auto cost = [&](int, const ArmVector& q) { return travelTime(giver_, home, q); };
-  return pruneGrasps(giver_, *problem_.collision, start_.X_WO, {}, cost, test,
-                     budget_.tested_configurations, deadline_);
+  return pruneGrasps(giver_, *problem_.collision, start_.X_WO, {}, cost, test, effort, deadline_);
 }
 
-PrunedGrasps ExchangePlanner::pruneReceiverAtGoal() {
+PrunedGrasps ExchangePlanner::pruneReceiverAtGoal(const PruneEffort& effort) {
   CellState state = start_;
   state.X_WO = problem_.task.X_WO_goal;
   GraspChecker test(checkers_, spare_checkers_, state, receiver_, {.goal_rest = true},
@@ -266,8 +265,7 @@ PrunedGrasps ExchangePlanner::pruneReceiverAtGoal() {
   const auto cost = [&](int, const ArmVector& q) {
     return -receiver_.kinematics->manipulability(q);
   };
-  return pruneGrasps(receiver_, *problem_.collision, state.X_WO, {}, cost, test,
-                     budget_.tested_configurations, deadline_);
+  return pruneGrasps(receiver_, *problem_.collision, state.X_WO, {}, cost, test, effort, deadline_);
 }
 
 PrunedGrasps ExchangePlanner::pruneReceiverAt(const Pose& X_WH, const FeasibleGrasp& place) {
@@ -280,8 +278,8 @@ PrunedGrasps ExchangePlanner::pruneReceiverAt(const Pose& X_WH, const FeasibleGr
   const auto cost = [&](int, const ArmVector& q) {
     return travelTime(receiver_, home, q) + travelTime(receiver_, q, place.configurations.front());
   };
-  return pruneGrasps(receiver_, *problem_.collision, X_WH, {place.grasp}, cost, test,
-                     budget_.tested_configurations, deadline_);
+  return pruneGrasps(receiver_, *problem_.collision, X_WH, {place.grasp}, cost, test, PruneEffort{},
+                     deadline_);
 }
 
 PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp& receive,
@@ -300,8 +298,8 @@ PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp
     return travelTime(giver_, picks.find(grasp)->configurations.front(), q) +
            travelTime(giver_, q, home);
   };
-  return pruneGrasps(giver_, *problem_.collision, X_WH, candidates, cost, test,
-                     budget_.tested_configurations, deadline_);
+  return pruneGrasps(giver_, *problem_.collision, X_WH, candidates, cost, test, PruneEffort{},
+                     deadline_);
 }
 
 // ---- motions
@@ -338,10 +336,7 @@ const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(
   const auto [entry, fresh] = picks_.try_emplace(pick.grasp);
   std::optional<PickMotion>& found = entry->second;
   if (!fresh) return found;
-  for (const Eigen::VectorXd& open : openings(giver_, graspOf(giver_, pick))) {
-    found = pickFrom(pick, open);
-    if (found) break;
-  }
+  found = pickFrom(pick, opening(giver_, graspOf(giver_, pick)));
   return found;
 }
 
@@ -436,23 +431,17 @@ const std::optional<ExchangePlanner::PlaceMotion>& ExchangePlanner::placeMotion(
   return found;
 }
 
-std::vector<Eigen::VectorXd> ExchangePlanner::openings(const Role& role, const Grasp& grasp) const {
-  std::vector<Eigen::VectorXd> postures;
+Eigen::VectorXd ExchangePlanner::opening(const Role& role, const Grasp& grasp) const {
   const Eigen::VectorXd start = role.fingersOf(start_.q[static_cast<std::size_t>(role.robot)]);
-  const Eigen::VectorXd opening = grasp.open - grasp.closed;
-  const double factor = (start - grasp.closed).dot(opening) / opening.squaredNorm();
+  const Eigen::VectorXd way = grasp.open - grasp.closed;
+  const double factor = (start - grasp.closed).dot(way) / way.squaredNorm();
   const bool leads_there =
-      factor > 1.0 && (start - grasp.closed - factor * opening).cwiseAbs().maxCoeff() < 1e-6;
-  if (leads_there) postures.push_back(start);
-  postures.push_back(grasp.open);
-  return postures;
+      factor > 1.0 && (start - grasp.closed - factor * way).cwiseAbs().maxCoeff() < 1e-6;
+  return leads_there ? start : grasp.open;
 }
 
 std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHands(const HandoverTuple& tuple) {
-  for (const Eigen::VectorXd& open : openings(receiver_, graspOf(receiver_, tuple.receive))) {
-    if (auto hands = joinHandsFrom(tuple, open)) return hands;
-  }
-  return std::nullopt;
+  return joinHandsFrom(tuple, opening(receiver_, graspOf(receiver_, tuple.receive)));
 }
 
 std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHandsFrom(

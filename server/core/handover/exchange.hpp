@@ -48,8 +48,7 @@ struct HandoverTuple {
 struct ExchangeBudget {
   std::uint32_t rrt_iterations = 2'000;
   std::uint32_t shortcut_attempts = 30;
-  std::size_t configurations = 4;          ///< of a grasp, tried as ends of motions
-  std::size_t tested_configurations = 12;  ///< of a grasp, tested before it is given up
+  std::size_t configurations = 4;  ///< of a grasp, tried as ends of motions
 };
 
 /// Plans the motions of tuples between one giver arm and one receiver arm, keeping what tuples
@@ -62,8 +61,8 @@ class ExchangePlanner {
                   const Deadline& deadline);
 
   /// Alg. 1 with O at the start, by the giver ([paper] §IV-C), and at the goal, by the receiver.
-  PrunedGrasps pruneGiverAtStart();
-  PrunedGrasps pruneReceiverAtGoal();
+  PrunedGrasps pruneGiverAtStart(const PruneEffort& effort);
+  PrunedGrasps pruneReceiverAtGoal(const PruneEffort& effort);
   /// Alg. 3's last step: the receiver's grasp with O at X_WH, the giver's arm at its start.
   PrunedGrasps pruneReceiverAt(const Pose& X_WH, const FeasibleGrasp& place);
   /// Alg. 2: the giver's grasps (of those it can pick with) with O at X_WH and the receiver's hand
@@ -113,10 +112,10 @@ class ExchangePlanner {
   std::optional<Hands> joinHands(const HandoverTuple& tuple);
   std::optional<Hands> joinHandsFrom(const HandoverTuple& tuple, const Eigen::VectorXd& open);
 
-  /// Finger postures from which a grasp may be closed, in order of preference: as the hand stands
-  /// at the start, if the grasp's own opening leads there (then no finger moves before the grasp);
-  /// the grasp's.
-  std::vector<Eigen::VectorXd> openings(const Role& role, const Grasp& grasp) const;
+  /// The finger posture from which a grasp is closed: as the hand stands at the start, if the
+  /// grasp's own opening leads there, for no stage before the grasp may move a finger; else the
+  /// grasp's.
+  Eigen::VectorXd opening(const Role& role, const Grasp& grasp) const;
 
   /// The state with the object in the role's hand, closed by the grasp, at an arm configuration.
   CellState holding(CellState state, const Role& role, const Grasp& grasp,

@@ -9,10 +9,10 @@ namespace {
 
 constexpr double kLatticeEdge = 0.05;  // [m], design §7
 
-}  // namespace
-
-std::vector<LatticePoint> crossMaps(const PlacedMap& giver, const PlacedMap& receiver,
-                                    double radius) {
+/// Calls visit(centre) for the lattice points within `radius` of the shoulders' midpoint.
+template <typename Visit>
+void forEachPoint(const PlacedMap& giver, const PlacedMap& receiver, double radius,
+                  const Visit& visit) {
   const Eigen::Vector3d midpoint = 0.5 * (giver.p_WShoulder + receiver.p_WShoulder);
   const auto first = [&](int axis) {
     return static_cast<int>(std::floor((midpoint[axis] - radius) / kLatticeEdge));
@@ -20,23 +20,51 @@ std::vector<LatticePoint> crossMaps(const PlacedMap& giver, const PlacedMap& rec
   const auto last = [&](int axis) {
     return static_cast<int>(std::floor((midpoint[axis] + radius) / kLatticeEdge));
   };
-  std::vector<LatticePoint> points;
   for (int i = first(0); i <= last(0); ++i) {
     for (int j = first(1); j <= last(1); ++j) {
       for (int k = first(2); k <= last(2); ++k) {
         const Eigen::Vector3d centre =
             kLatticeEdge * (Eigen::Vector3d(i, j, k) + Eigen::Vector3d::Constant(0.5));
-        if ((centre - midpoint).squaredNorm() > radius * radius) continue;
-        const double by_giver = giver(centre);
-        if (by_giver <= 0) continue;
-        const double by_receiver = receiver(centre);
-        if (by_receiver <= 0) continue;
-        points.push_back({centre, 0.5 * (by_giver + by_receiver)});
+        if ((centre - midpoint).squaredNorm() <= radius * radius) visit(centre);
       }
     }
   }
+}
+
+}  // namespace
+
+bool PlacedMap::near(const Eigen::Vector3d& p_W) const {
+  const Eigen::Vector3d p_A = X_WA.inverse() * p_W;
+  for (int n = 0; n < 27; ++n) {
+    const Eigen::Vector3d step(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
+    if (map->find(p_A + map->voxelSize() * step) != nullptr) return true;
+  }
+  return false;
+}
+
+std::vector<LatticePoint> crossMaps(const PlacedMap& giver, const PlacedMap& receiver,
+                                    double radius) {
+  std::vector<LatticePoint> points;
+  forEachPoint(giver, receiver, radius, [&](const Eigen::Vector3d& centre) {
+    const double by_giver = giver(centre);
+    if (by_giver <= 0) return;
+    const double by_receiver = receiver(centre);
+    if (by_receiver <= 0) return;
+    points.push_back({centre, 0.5 * (by_giver + by_receiver)});
+  });
   std::stable_sort(points.begin(), points.end(), [](const LatticePoint& a, const LatticePoint& b) {
     return a.manipulability > b.manipulability;
+  });
+  return points;
+}
+
+std::vector<LatticePoint> receiverPoints(const PlacedMap& giver, const PlacedMap& receiver,
+                                         double radius, double reach_g) {
+  std::vector<LatticePoint> points;
+  forEachPoint(giver, receiver, radius, [&](const Eigen::Vector3d& centre) {
+    if (giver(centre) > 0 && receiver(centre) > 0) return;
+    if ((centre - giver.X_WA.translation()).norm() > reach_g) return;
+    if (receiver.near(centre)) points.push_back({centre, 0});
   });
   return points;
 }

@@ -18,6 +18,9 @@ struct PlacedMap {
 
   /// The map's entry at a world point; 0 = not reached.
   double operator()(const Eigen::Vector3d& p_W) const { return (*map)(X_WA.inverse() * p_W); }
+
+  /// True when the voxel of the point, or one of the 26 round it, is reached.
+  bool near(const Eigen::Vector3d& p_W) const;
 };
 
 /// A point of the world lattice that both arms reach.
@@ -30,6 +33,13 @@ struct LatticePoint {
 /// shoulders' midpoint that both arms reach: best mean manipulability first, ties by lattice index.
 std::vector<LatticePoint> crossMaps(const PlacedMap& giver, const PlacedMap& receiver,
                                     double radius);
+
+/// The other lattice points within `radius` of the midpoint where the receiver's tool can be: it
+/// reaches their voxel or one next to it (maps have holes where few samples fell). The giver has to
+/// come only as near as `reach_g` [m], as the object lies between the hands. By rising lattice
+/// index; manipulability 0.
+std::vector<LatticePoint> receiverPoints(const PlacedMap& giver, const PlacedMap& receiver,
+                                         double radius, double reach_g);
 
 /// The receiver's hand orientation at the handover: the least rotation that turns its approach axis
 /// at the goal, R_WT_goal * approach_T, onto z_shoulder = giver's - receiver's shoulder; if

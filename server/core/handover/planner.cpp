@@ -16,7 +16,7 @@ namespace handover {
 namespace {
 
 constexpr double kNeighbourhood = 0.20;  // [paper] §IV-B: lattice points near the midpoint [m]
-constexpr std::size_t kWidePoints = 24;  // lattice points that `wide` adds, by score
+constexpr std::size_t kWidePoints = 24;  // lattice points that `wide` adds first, by score
 constexpr int kWideTurns = 8;            // rotations about z_shoulder that `wide` adds
 // Handover poses that `wide` asks for at most. Most fall to the cheap test for a straight way
 // there; mode all, which counts as the paper does, has no such test.
@@ -43,6 +43,11 @@ Failed failed(FailureReason reason, std::string filter, std::string text,
   result.explanation.text = std::move(text);
   result.explanation.causes = std::move(causes);
   return result;
+}
+
+bool noneKept(const std::map<int, PrunedGrasps>& by_arm) {
+  return std::all_of(by_arm.begin(), by_arm.end(),
+                     [](const auto& entry) { return entry.second.kept.empty(); });
 }
 
 /// The search for one request: the paper's candidates first, then what `wide` adds.
@@ -82,7 +87,11 @@ class HandoverSearch {
   const PrunedGrasps& receiverGrasps(Pairing& pairing);
   void emitPruned(const Role& role, const PrunedGrasps& pruned);
   bool open(Pairing& pairing);
-  bool tryPoses(Pairing& pairing, bool wide);
+
+  bool wide() const { return problem_.search == SearchWidth::kWide; }
+
+  static double handsApart(const Pairing& pairing);
+  bool tryPoses(Pairing& pairing, bool widened);
   bool tryPose(Pairing& pairing, const FeasibleGrasp& place, const LatticePoint& point, double turn,
                HandoverCandidates& counts, RejectTally& rejects);
   bool tryTuples(Pairing& pairing, std::vector<HandoverTuple> tuples, std::size_t most);
@@ -103,6 +112,8 @@ class HandoverSearch {
   std::optional<std::pair<Solution, std::vector<StageTrajectory>>> final_;
   std::vector<std::vector<HandoverTuple>> poses_;  ///< mode all: tuples by pose, as found
   std::uint32_t tuples_seen_ = 0, connects_ = 0, hands_ = 0, lattice_points_ = 0;
+  std::uint32_t poses_asked_ = 0;
+  bool cut_ = false;  ///< some handover poses were not looked at, or not to the end
 };
 
 void HandoverSearch::checkDeadline() const {
@@ -194,7 +205,10 @@ void HandoverSearch::emitPruned(const Role& role, const PrunedGrasps& pruned) {
 const PrunedGrasps& HandoverSearch::giverGrasps(Pairing& pairing) {
   const auto [entry, fresh] = given_.try_emplace(pairing.giver_arm);
   if (fresh) {
-    entry->second = pairing.exchange->pruneGiverAtStart();
+    entry->second = pairing.exchange->pruneGiverAtStart(PruneEffort{});
+    if (wide() && noneKept(given_)) {
+      entry->second = pairing.exchange->pruneGiverAtStart(kThoroughPruning);
+    }
     checkDeadline();
     emitPruned(*pairing.giver, entry->second);
   }
@@ -204,14 +218,17 @@ const PrunedGrasps& HandoverSearch::giverGrasps(Pairing& pairing) {
 const PrunedGrasps& HandoverSearch::receiverGrasps(Pairing& pairing) {
   const auto [entry, fresh] = received_.try_emplace(pairing.receiver_arm);
   if (fresh) {
-    entry->second = pairing.exchange->pruneReceiverAtGoal();
+    entry->second = pairing.exchange->pruneReceiverAtGoal(PruneEffort{});
+    if (wide() && noneKept(received_)) {
+      entry->second = pairing.exchange->pruneReceiverAtGoal(kThoroughPruning);
+    }
     checkDeadline();
     emitPruned(*pairing.receiver, entry->second);
   }
   return entry->second;
 }
 
-/// Prunes both sets and crosses the maps; false when nothing is left of one of them.
+/// Prunes both sets and crosses the maps; false when nothing is left of one of the sets.
 bool HandoverSearch::open(Pairing& pairing) {
   const PrunedGrasps& given = giverGrasps(pairing);
   if (given.kept.empty()) return false;
@@ -224,7 +241,7 @@ bool HandoverSearch::open(Pairing& pairing) {
                    });
   pairing.points = crossMaps(pairing.giver->map, pairing.receiver->map, kNeighbourhood);
   lattice_points_ += static_cast<std::uint32_t>(pairing.points.size());
-  return !pairing.points.empty();
+  return true;
 }
 
 bool HandoverSearch::tryTuples(Pairing& pairing, std::vector<HandoverTuple> tuples,
@@ -292,6 +309,7 @@ bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
   // The paper counts this pose whether or not there is a straight way to it.
   if (problem_.mode != SearchMode::kAll && !pairing.exchange->keepReachable(X_WH, received)) {
     rejects.add(toString(StageKind::kReceiverApproach));
+    cut_ = true;
     return false;
   }
   const PrunedGrasps give =
@@ -314,8 +332,21 @@ bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
   return tryTuples(pairing, std::move(tuples), kTuplesPerPose);
 }
 
+/// How far apart [m] the tools of two hands at the object can be, at most.
+double HandoverSearch::handsApart(const Pairing& pairing) {
+  double apart = 0;
+  for (const Role* role : {pairing.giver, pairing.receiver}) {
+    double most = 0;
+    for (const Grasp& grasp : role->grasps->grasps) {
+      most = std::max(most, grasp.X_OT.translation().norm());
+    }
+    apart += most;
+  }
+  return apart;
+}
+
 /// Goes through handover poses, best placing first; true when a plan was emitted.
-bool HandoverSearch::tryPoses(Pairing& pairing, bool wide) {
+bool HandoverSearch::tryPoses(Pairing& pairing, bool widened) {
   HandoverCandidates counts;
   RejectTally rejects;
   counts.giver_arm = pairing.giver->armName();
@@ -323,25 +354,41 @@ bool HandoverSearch::tryPoses(Pairing& pairing, bool wide) {
   counts.voxels = static_cast<std::uint32_t>(pairing.points.size());
   poses_.clear();
 
-  const std::size_t points = wide ? std::min(kWidePoints, pairing.points.size()) : 1;
-  const int turns = wide ? kWideTurns : 1;
-  const std::uint32_t most_poses =
-      problem_.mode == SearchMode::kAll ? kWidePosesCounted : kWidePoses;
+  std::vector<LatticePoint> points = pairing.points;
+  if (widened) {
+    const double reach_g = pairing.giver->kinematics->reach() + handsApart(pairing);
+    const auto more =
+        receiverPoints(pairing.giver->map, pairing.receiver->map, kNeighbourhood, reach_g);
+    points.insert(points.end(), more.begin(), more.end());
+  } else if (!points.empty()) {
+    points.resize(1);
+  }
+  if (points.empty()) return false;
+  const std::size_t best_points = std::min(points.size(), kWidePoints);
+  const int turns = widened ? kWideTurns : 1;
   bool solved = false;
-  // Another place more often helps than another turn at the same one: an arm that cannot fold so
-  // far there cannot in any turn.
-  for (int turn = 0; turn < turns && !solved; ++turn) {
-    for (std::size_t point = 0; point < points && !solved; ++point) {
-      if (wide && point == 0 && turn == 0) continue;  // the paper's, tried already
-      for (const FeasibleGrasp* place : pairing.place_order) {
-        checkDeadline();
-        if (counts.poses_tried >= most_poses || spent()) break;
-        solved = tryPose(pairing, *place, pairing.points[point], 2 * M_PI * turn / kWideTurns,
-                         counts, rejects);
-        if (solved) break;
+  const auto tryPoints = [&](std::size_t first, std::size_t end, std::uint32_t most_poses) {
+    // Another place more often helps than another turn at the same one: an arm that cannot fold so
+    // far there cannot in any turn.
+    for (int turn = 0; turn < turns && !solved; ++turn) {
+      for (std::size_t point = first; point < end && !solved; ++point) {
+        // The paper's, tried already.
+        if (widened && point == 0 && turn == 0 && !pairing.points.empty()) continue;
+        for (const FeasibleGrasp* place : pairing.place_order) {
+          checkDeadline();
+          const bool enough = counts.poses_tried >= most_poses;
+          cut_ = cut_ || enough;
+          if (enough || spent()) break;
+          solved = tryPose(pairing, *place, points[point], 2 * M_PI * turn / kWideTurns, counts,
+                           rejects);
+          if (solved) break;
+        }
       }
     }
-  }
+  };
+  tryPoints(0, best_points, problem_.mode == SearchMode::kAll ? kWidePosesCounted : kWidePoses);
+  tryPoints(best_points, points.size(), kWidePosesCounted);
+  poses_asked_ += counts.poses_tried;
   counts.rejects = rejects.counts();
   handover_rejects_.add(rejects);
   sink_.emit(counts);
@@ -419,7 +466,7 @@ Outcome HandoverSearch::search() {
     usable[i] = open(pairings[i]);
     if (usable[i] && tryPoses(pairings[i], false)) return Done{0, true};
   }
-  if (problem_.search == SearchWidth::kWide) {
+  if (wide()) {
     for (std::size_t i = 0; i < pairings.size(); ++i) {
       if (usable[i] && tryPoses(pairings[i], true)) return Done{0, true};
     }
@@ -430,12 +477,8 @@ Outcome HandoverSearch::search() {
 /// No plan: names the first filter that emptied.
 Outcome HandoverSearch::explain() const {
   const auto emptied = [](const std::map<int, PrunedGrasps>& sets, RejectTally& tally) {
-    bool empty = true;
-    for (const auto& [arm, pruned] : sets) {
-      tally.add(pruned.rejects);
-      empty = empty && pruned.kept.empty();
-    }
-    return empty;
+    for (const auto& [arm, pruned] : sets) tally.add(pruned.rejects);
+    return noneKept(sets);
   };
   RejectTally tally;
   if (emptied(given_, tally)) {
@@ -451,13 +494,16 @@ Outcome HandoverSearch::explain() const {
         problem_.task.receiver + " has no free grasp of " + problem_.task.object + " at its goal.",
         tally.counts());
   }
-  if (lattice_points_ == 0) {
+  if (lattice_points_ == 0 && tuples_seen_ == 0) {
     return failed(FailureReason::kNoCommonWorkspace, "common_workspace",
                   "No point near the middle of the shoulders is in reach of both robots.", {});
   }
   if (tuples_seen_ == 0) {
+    const std::string which =
+        wide() && !cut_ ? "No handover pose"
+                        : "None of the " + std::to_string(poses_asked_) + " handover poses tried";
     return failed(FailureReason::kNoHandoverPose, "handover_poses",
-                  "No handover pose lets both hands hold " + problem_.task.object + ".",
+                  which + " lets both hands hold " + problem_.task.object + ".",
                   handover_rejects_.counts());
   }
   return failed(FailureReason::kNoPath, "motions",

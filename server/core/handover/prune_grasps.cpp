@@ -7,8 +7,6 @@
 namespace handover {
 namespace {
 
-constexpr int kSwivelSamples = 8;
-
 std::string robotOf(const std::string& body) { return body.substr(0, body.find('/')); }
 
 void tally(const CollisionScene& names, const BodyContact& hit, RejectTally& rejects) {
@@ -34,7 +32,8 @@ double travelTime(const Role& role, const ArmVector& from, const ArmVector& to) 
 
 PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Pose& X_WO,
                          const std::vector<int>& candidates, const ConfigurationCost& cost,
-                         GraspTest& test, std::size_t most, const Deadline& deadline) {
+                         GraspTest& test, const PruneEffort& effort, const Deadline& deadline) {
+  const std::size_t most = effort.configurations;
   std::vector<int> all(candidates);
   if (all.empty()) {
     all.resize(role.grasps->grasps.size());
@@ -42,7 +41,7 @@ PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Po
   }
   PrunedGrasps pruned;
   IkQuery query;
-  query.swivel_samples = kSwivelSamples;
+  query.swivel_samples = effort.swivels;
   query.q_near = role.armOf(role.placed->q_start);
   std::vector<ArmVector> solutions;
   std::vector<std::pair<double, std::size_t>> order;

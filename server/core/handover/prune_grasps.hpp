@@ -38,6 +38,15 @@ class GraspTest {
   virtual std::optional<BodyContact> contact(const Grasp& grasp, const ArmVector& q) = 0;
 };
 
+/// How hard a free configuration of a grasp is looked for.
+struct PruneEffort {
+  int swivels = 8;                  ///< IkQuery::swivel_samples
+  std::size_t configurations = 12;  ///< tested before the grasp is given up
+};
+
+/// Before it is said that a robot has no grasp at all.
+inline constexpr PruneEffort kThoroughPruning{64, 512};
+
 /// Ranks the configurations of a grasp: the lowest cost is tried first.
 using ConfigurationCost = std::function<double(int grasp, const ArmVector& q)>;
 
@@ -45,9 +54,8 @@ using ConfigurationCost = std::function<double(int grasp, const ArmVector& q)>;
 double travelTime(const Role& role, const ArmVector& from, const ArmVector& to);
 
 /// Prunes a role's grasps (those in `candidates`, all if empty) with the object at X_WO.
-/// @param most  tested configurations per grasp before it is given up.
 PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Pose& X_WO,
                          const std::vector<int>& candidates, const ConfigurationCost& cost,
-                         GraspTest& test, std::size_t most, const Deadline& deadline);
+                         GraspTest& test, const PruneEffort& effort, const Deadline& deadline);
 
 }  // namespace handover

@@ -198,7 +198,7 @@ INSTANTIATE_TEST_SUITE_P(
                              FailureReason::kGoalUnreachable,
                              "hubo/left"},
                     Hopeless{"CupUnderATable",
-                             {{"objects.table.pose.xyz", "[-0.5, -1.2, 0.38]"}},
+                             {{"objects.table.pose.xyz", "[-0.5, -1.2, 0.36]"}},
                              FailureReason::kNoGraspAtStart,
                              "table"}),
     [](const auto& one) { return one.param.name; });

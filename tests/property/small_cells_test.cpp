@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// What holds for every answer: the same for the same problem, counts that add up, stages that join,
+// an end soon after a cancel.
+#include "core/handover/cell_state.hpp"
+#include "random_cell.hpp"
+#include "support/property.hpp"
+#include "support/recorder.hpp"
+#include "support/verified.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <thread>
+
+namespace handover::test {
+namespace {
+
+const SmallRobots& robots() {
+  static const SmallRobots all;
+  return all;
+}
+
+TEST(SmallCells, AnswerIsTheSameForTheSameProblemWhateverWasPlannedBetween) {
+  int solved = 0;
+  const auto result = holds("random cells", 25, [&] {
+    const CellDraw draw = *anyCell();
+    RandomCell first = makeCell(robots(), draw), again = makeCell(robots(), draw);
+    const auto mode = *rc::gen::element(SearchMode::kFirst, SearchMode::kBest, SearchMode::kAll);
+    first.problem.mode = again.problem.mode = mode;
+    RandomCell other = makeCell(robots(), *anyCell());
+    Recorder one, two, between;
+    const Outcome outcome = planHandover(first.problem, one, Deadline());
+    planHandover(other.problem, between, Deadline());
+    RC_ASSERT(planHandover(again.problem, two, Deadline()) == outcome);
+    RC_ASSERT(one.stages == two.stages);
+    if (!std::holds_alternative<Done>(outcome)) return;
+    ++solved;
+    RC_ASSERT(planMember(planText(one.stages, outcome)) ==
+              planMember(planText(two.stages, outcome)));
+    again.problem.seed = 77;
+    Recorder seeded;
+    const Outcome other_seed = planHandover(again.problem, seeded, Deadline());
+    if (!std::holds_alternative<Done>(other_seed)) return;
+    const auto valid = verified(seeded.stages, other_seed, robots().root());
+    if (!valid) RC_FAIL(std::string(valid.message()));
+  });
+  EXPECT_TRUE(result);
+  EXPECT_GE(solved, 3);
+}
+
+std::uint32_t total(const std::vector<RejectCount>& rejects) {
+  std::uint32_t sum = 0;
+  for (const RejectCount& reject : rejects) sum += reject.count;
+  return sum;
+}
+
+TEST(SmallCells, FunnelAddsUpAndAgreesWithTheReason) {
+  const auto result = holds("random cells", 40, [&] {
+    const RandomCell cell = makeCell(robots(), *anyCell());
+    Recorder recorder;
+    const Outcome outcome = planHandover(cell.problem, recorder, Deadline());
+    bool given = false, received = false;
+    for (const GraspsPruned& pruned : recorder.all<GraspsPruned>()) {
+      RC_ASSERT(pruned.kept + total(pruned.rejects) == pruned.tested);
+      (pruned.robot == "g" ? given : received) |= pruned.kept > 0;
+    }
+    std::uint32_t tuples = 0;
+    for (const HandoverCandidates& candidates : recorder.all<HandoverCandidates>()) {
+      RC_ASSERT(candidates.poses <= candidates.poses_tried);
+      RC_ASSERT(candidates.tuples >= candidates.poses);
+      tuples += candidates.tuples;
+    }
+    const bool done = std::holds_alternative<Done>(outcome);
+    RC_ASSERT(recorder.all<Solution>().size() == (done ? 1u : 0u));
+    RC_ASSERT(recorder.all<StageTrajectory>().size() == (done ? 14u : 0u));
+    RC_ASSERT(recorder.all<Outcome>().empty());
+    if (done) return;
+    const Failed& failed = std::get<Failed>(outcome);
+    switch (failed.reason) {
+      case FailureReason::kNoGraspAtStart:
+        RC_ASSERT(!given);
+        break;
+      case FailureReason::kNoGraspAtGoal:
+        RC_ASSERT(given && !received);
+        break;
+      case FailureReason::kNoCommonWorkspace:
+      case FailureReason::kNoHandoverPose:
+        RC_ASSERT(given && received && tuples == 0u);
+        break;
+      case FailureReason::kNoPath:
+        RC_ASSERT(given && received && tuples > 0u);
+        break;
+      default:
+        RC_ASSERT(!given && !received);
+    }
+  });
+  EXPECT_TRUE(result);
+}
+
+TEST(SmallCells, StagesJoinAndEveryTimeRises) {
+  int solved = 0;
+  const auto result = holds("random cells", 30, [&] {
+    const RandomCell cell = makeCell(robots(), *anyCell());
+    Recorder recorder;
+    if (!std::holds_alternative<Done>(planHandover(cell.problem, recorder, Deadline()))) return;
+    ++solved;
+    std::map<std::string, double> at;
+    for (const RobotSnapshot& robot : recorder.all<SceneSnapshot>().front().robots) {
+      for (const auto& [joint, q] : robot.q_start) at[robot.name + "/" + joint] = q;
+    }
+    double end = 0;
+    for (const StageTrajectory& stage : recorder.all<StageTrajectory>()) {
+      RC_ASSERT(std::abs(stage.start - end) < 1e-9);
+      RC_ASSERT(stage.t.front() == 0.0);
+      for (std::size_t i = 1; i < stage.t.size(); ++i) RC_ASSERT(stage.t[i] > stage.t[i - 1]);
+      for (std::size_t j = 0; j < stage.joints.size(); ++j) {
+        double& now = at.at(stage.robot + "/" + stage.joints[j]);
+        RC_ASSERT(std::abs(stage.q.front()[j] - now) < 1e-9);
+        RC_ASSERT(stage.qd.front()[j] == 0.0);
+        RC_ASSERT(stage.qd.back()[j] == 0.0);
+        now = stage.q.back()[j];
+      }
+      end = stage.start + stage.t.back();
+    }
+  });
+  EXPECT_TRUE(result);
+  EXPECT_GE(solved, 3);
+}
+
+TEST(SmallCells, CancelAndDeadlineEndASearchSoon) {
+  using Clock = Deadline::Clock;
+  const auto result = holds("random cells", 15, [&] {
+    RandomCell cell = makeCell(robots(), *anyCell());
+    cell.problem.mode = SearchMode::kAll;
+    const auto after = std::chrono::microseconds(*rc::gen::inRange(0, 20'000));
+    const bool cancel = *rc::gen::arbitrary<bool>();
+    const auto begin = Clock::now();
+    const Deadline deadline = cancel ? Deadline() : Deadline(begin + after);
+    std::jthread canceller;
+    if (cancel) {
+      canceller = std::jthread([&] {
+        std::this_thread::sleep_until(begin + after);
+        deadline.cancel();
+      });
+    }
+    Recorder recorder;
+    const Outcome outcome = planHandover(cell.problem, recorder, deadline);
+    // Some milliseconds in fact; the rest is for a busy machine.
+    RC_ASSERT(Clock::now() - begin < after + std::chrono::seconds(2));
+    const auto* failed = std::get_if<Failed>(&outcome);
+    const bool late = failed != nullptr && failed->reason == FailureReason::kDeadline;
+    RC_ASSERT(!(cancel && late));
+    RC_ASSERT(!(!cancel && std::holds_alternative<Cancelled>(outcome)));
+  });
+  EXPECT_TRUE(result);
+}
+
+}  // namespace
+}  // namespace handover::test

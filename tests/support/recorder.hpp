@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Keeps what planning emits.
+#pragma once
+
+#include "core/handover/planner.hpp"
+
+#include <vector>
+
+namespace handover::test {
+
+class Recorder : public StageSink {
+ public:
+  void emit(StagePayload payload) override { stages.push_back(std::move(payload)); }
+
+  template <typename T>
+  std::vector<T> all() const {
+    std::vector<T> found;
+    for (const auto& stage : stages) {
+      if (const auto* payload = std::get_if<T>(&stage)) found.push_back(*payload);
+    }
+    return found;
+  }
+
+  std::vector<StagePayload> stages;
+};
+
+}  // namespace handover::test

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every plan that a test makes goes through here: written as the client writes it, checked by the
+// verifier, which shares no code with the planner.
+#pragma once
+
+#include <handover/common/plan.hpp>
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace handover::test {
+
+/// The text of the plan file for what planning emitted and answered.
+/// @throws std::logic_error unless the outcome is a whole plan.
+std::string planText(const std::vector<StagePayload>& stages, const Outcome& outcome);
+
+/// The text of its member "plan": what has to be the same each time.
+std::string planMember(const std::string& text);
+
+/// Success when the outcome is a plan that the verifier finds valid. `root`: what the scene's paths
+/// are relative to.
+testing::AssertionResult verified(const std::vector<StagePayload>& stages, const Outcome& outcome,
+                                  const std::filesystem::path& root);
+testing::AssertionResult verifiedFile(const std::filesystem::path& file,
+                                      const std::filesystem::path& root);
+
+}  // namespace handover::test
