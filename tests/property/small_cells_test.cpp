@@ -24,7 +24,7 @@ const SmallRobots& robots() {
 
 TEST(SmallCells, AnswerIsTheSameForTheSameProblemWhateverWasPlannedBetween) {
   int solved = 0;
-  const auto result = holds("random cells", 25, [&] {
+  const auto result = holds("random cells", 12, [&] {
     const CellDraw draw = *anyCell();
     RandomCell first = makeCell(robots(), draw), again = makeCell(robots(), draw);
     const auto mode = *rc::gen::element(SearchMode::kFirst, SearchMode::kBest, SearchMode::kAll);
@@ -47,7 +47,7 @@ TEST(SmallCells, AnswerIsTheSameForTheSameProblemWhateverWasPlannedBetween) {
     if (!valid) RC_FAIL(std::string(valid.message()));
   });
   EXPECT_TRUE(result);
-  EXPECT_GE(solved, 3);
+  EXPECT_GE(solved, 2);
 }
 
 std::uint32_t total(const std::vector<RejectCount>& rejects) {
@@ -57,7 +57,7 @@ std::uint32_t total(const std::vector<RejectCount>& rejects) {
 }
 
 TEST(SmallCells, FunnelAddsUpAndAgreesWithTheReason) {
-  const auto result = holds("random cells", 40, [&] {
+  const auto result = holds("random cells", 25, [&] {
     const RandomCell cell = makeCell(robots(), *anyCell());
     Recorder recorder;
     const Outcome outcome = planHandover(cell.problem, recorder, Deadline());
@@ -101,13 +101,14 @@ TEST(SmallCells, FunnelAddsUpAndAgreesWithTheReason) {
 
 TEST(SmallCells, StagesJoinAndEveryTimeRises) {
   int solved = 0;
-  const auto result = holds("random cells", 30, [&] {
+  const auto result = holds("random cells", 20, [&] {
     const RandomCell cell = makeCell(robots(), *anyCell());
     Recorder recorder;
     if (!std::holds_alternative<Done>(planHandover(cell.problem, recorder, Deadline()))) return;
     ++solved;
     std::map<std::string, double> at;
-    for (const RobotSnapshot& robot : recorder.all<SceneSnapshot>().front().robots) {
+    const SceneSnapshot scene = recorder.all<SceneSnapshot>().front();
+    for (const RobotSnapshot& robot : scene.robots) {
       for (const auto& [joint, q] : robot.q_start) at[robot.name + "/" + joint] = q;
     }
     double end = 0;
@@ -126,7 +127,7 @@ TEST(SmallCells, StagesJoinAndEveryTimeRises) {
     }
   });
   EXPECT_TRUE(result);
-  EXPECT_GE(solved, 3);
+  EXPECT_GE(solved, 2);
 }
 
 TEST(SmallCells, CancelAndDeadlineEndASearchSoon) {
