@@ -21,6 +21,8 @@ namespace handover {
 /// objects.
 using BodyId = int;
 
+using BodyPair = std::pair<BodyId, BodyId>;
+
 struct BodyContact {
   BodyId a = -1, b = -1;
   double depth = 0;  ///< [m], > 0: the shapes overlap by this; in [-2 mm, 0]: only their margins do
@@ -112,7 +114,7 @@ class PairList {
   void forEachMover(const Row& row, const Visit& visit) const {
     const std::vector<BodyId>& movers = movers_[static_cast<std::size_t>(row.group)];
     for (std::uint64_t bits = row.movers; bits != 0; bits &= bits - 1) {
-      visit(movers[static_cast<std::size_t>(std::countr_zero(bits))]);
+      visit(movers[static_cast<std::size_t>(std::countr_zero(bits))], bits & -bits);
     }
   }
 
@@ -173,6 +175,9 @@ class CollisionWorld {
 
   /// True when no pair of the list touches (margins included). The first pair found goes to `hit`.
   bool isFree(const PairList& pairs, BodyContact* hit = nullptr);
+  /// The first touching pair of some rows of a list.
+  std::optional<BodyPair> touchingPair(const PairList& pairs,
+                                       const std::vector<PairList::Row>& rows);
   /// The same while the bodies travel: false when a pair of `rows` touches as they stand (it goes
   /// to `hit`). Of the others, those that are not proven to stay apart by kLeastClearance go to
   /// `undecided`. Pairs that can come no nearer than that are never undecided.

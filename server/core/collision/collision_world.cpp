@@ -16,8 +16,8 @@
 namespace handover {
 namespace {
 
-// Bodies that travel farther than this [m] are nearly always too near to others for a proof that they
-// stay apart: such a stretch of a motion is divided first.
+// Bodies that travel farther than this [m] are nearly always too near to others for a proof that
+// they stay apart: such a stretch of a motion is divided first.
 constexpr double kFarTravel = 0.12;
 
 // An axis-aligned box in world. Its faces are touched as well.
@@ -367,9 +367,16 @@ PairList CollisionWorld::makePairs(const std::vector<BodyId>& moving, const Body
 }
 
 bool CollisionWorld::isFree(const PairList& pairs, BodyContact* hit) {
+  const auto touching = touchingPair(pairs, pairs.rows_);
+  if (touching && hit) *hit = data_->contact(touching->first, touching->second);
+  return !touching;
+}
+
+std::optional<BodyPair> CollisionWorld::touchingPair(const PairList& pairs,
+                                                     const std::vector<PairList::Row>& rows) {
   FloatBox whole;
   int group = -1;
-  for (const PairList::Row& row : pairs.rows_) {
+  for (const PairList::Row& row : rows) {
     const std::vector<BodyId>& movers = pairs.movers_[static_cast<std::size_t>(row.group)];
     if (row.group != group) {
       group = row.group;
@@ -386,12 +393,10 @@ bool CollisionWorld::isFree(const PairList& pairs, BodyContact* hit) {
     std::uint64_t near = data_->mover_boxes.overlapping(box) & row.movers;
     for (; near != 0; near &= near - 1) {
       const BodyId mover = movers[static_cast<std::size_t>(std::countr_zero(near))];
-      if (!data_->bodiesTouch(mover, row.other)) continue;
-      if (hit) *hit = data_->contact(mover, row.other);
-      return false;
+      if (data_->bodiesTouch(mover, row.other)) return BodyPair{mover, row.other};
     }
   }
-  return true;
+  return std::nullopt;
 }
 
 bool CollisionWorld::staysFree(const PairList& pairs, const PairList::Row* rows, std::size_t count,

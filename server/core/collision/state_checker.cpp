@@ -32,6 +32,9 @@ StateCheckerSetup checked(const CollisionWorld& world, StateCheckerSetup setup) 
   }
   const RobotModel& model = modelOf(world, setup.robot);
   for (int dof : setup.dofs) require(inRange(dof, model.dof_joints.size()), "no such dof");
+  require(setup.tool_link < static_cast<int>(model.links.size()), "no such tool link");
+  require(setup.tool_link < 0 || MovingGroups(model, setup.dofs).groupOf(setup.tool_link) >= 0,
+          "the tool link does not move");
   if (!setup.held) return setup;
   require(inRange(setup.held->object, scene.objects.size()), "no such object to hold");
   require(inRange(setup.held->link, model.links.size()), "no such link to hold with");
@@ -111,6 +114,40 @@ void StateChecker::compile() {
     mount(scene.linkBody(setup_.robot, l), l, Pose::Identity());
   }
   pairs_ = world_->makePairs(moving_, setup_.allowed, body_groups);
+  if (setup_.tool_link >= 0) divide();
+}
+
+void StateChecker::divide() {
+  const int tool = groups_.groupOf(setup_.tool_link);
+  const auto index = [&](BodyId body) { return moving_index_[static_cast<std::size_t>(body)]; };
+  const auto withTool = [&](BodyId body) {
+    return index(body) >= 0 &&
+           groups_.groupOf(mounts_[static_cast<std::size_t>(index(body))].link) == tool;
+  };
+  const auto add = [&](Part& part, PairList::Row row, std::uint64_t movers) {
+    row.movers = movers;
+    if (movers != 0) part.rows.push_back(row);
+  };
+  for (const PairList::Row& row : pairs_.rows()) {
+    std::uint64_t tools = 0;
+    pairs_.forEachMover(row, [&](BodyId mover, std::uint64_t bit) {
+      if (withTool(mover) || withTool(row.other)) tools |= bit;
+    });
+    add(index(row.other) < 0 ? tool_with_still_ : tool_with_arm_, row, tools);
+    add(arm_with_all_, row, row.movers & ~tools);
+  }
+  for (Part* part : {&tool_with_still_, &tool_with_arm_, &arm_with_all_}) {
+    std::vector<bool> spoken_of(moving_.size());
+    for (const PairList::Row& row : part->rows) {
+      if (index(row.other) >= 0) spoken_of[static_cast<std::size_t>(index(row.other))] = true;
+      pairs_.forEachMover(row, [&](BodyId mover, std::uint64_t) {
+        spoken_of[static_cast<std::size_t>(index(mover))] = true;
+      });
+    }
+    for (std::size_t i = 0; i < spoken_of.size(); ++i) {
+      if (spoken_of[i]) part->bodies.push_back(i);
+    }
+  }
 }
 
 void StateChecker::activate() {
@@ -139,20 +176,61 @@ void StateChecker::activate() {
 void StateChecker::mountBodies() {
   groups_.setPosture(model(), X_WL_);
   moving_bodies_.resize(moving_.size());
+  for (std::size_t i = 0; i < moving_.size(); ++i) mountBody(i);
+  if (setup_.tool_link >= 0) {
+    const int link = groups_.linkOf(groups_.groupOf(setup_.tool_link));
+    X_GTool_ = X_WL_[static_cast<std::size_t>(link)].inverse() *
+               X_WL_[static_cast<std::size_t>(setup_.tool_link)];
+  }
+  mounted_ = true;
+  measured_ = false;
+}
+
+void StateChecker::mountBody(std::size_t i) {
+  MovingBody& body = moving_bodies_[i];
+  body.body = moving_[i];
+  body.group = groups_.groupOf(mounts_[i].link);
+  const Pose& X_WL = X_WL_[static_cast<std::size_t>(mounts_[i].link)];
+  const Pose& X_WG = X_WL_[static_cast<std::size_t>(groups_.linkOf(body.group))];
+  body.X_GB = X_WG.inverse() * X_WL * mounts_[i].X_LB;
+}
+
+// Another posture that only moves links within the moving groups; false, nothing done, if it moves
+// others or nothing is mounted yet.
+bool StateChecker::remount(const RobotVector& q) {
+  if (!mounted_) return false;
+  const RobotVector& old = setup_.q[static_cast<std::size_t>(setup_.robot)];
+  const RobotModel& robot = model();
+  moved_.assign(robot.links.size(), false);
+  moved_links_.clear();
+  for (std::size_t l = 0; l < robot.links.size(); ++l) {
+    if (robot.links[l].parent_joint < 0) continue;
+    const Joint& joint = robot.joints[static_cast<std::size_t>(robot.links[l].parent_joint)];
+    const bool changed = joint.dof >= 0 && q[joint.dof] != old[joint.dof];
+    if (!changed && !moved_[static_cast<std::size_t>(joint.parent_link)]) continue;
+    const int group = groups_.groupOf(static_cast<int>(l));
+    if (group < 0 || groups_.linkOf(group) == static_cast<int>(l)) return false;
+    moved_[l] = true;
+    moved_links_.push_back(static_cast<int>(l));
+  }
+  linkPosesOf(robot, q, moved_links_, X_WL_);
+  for (std::size_t i = 0; i < mounts_.size(); ++i) {
+    if (moved_[static_cast<std::size_t>(mounts_[i].link)]) mountBody(i);
+  }
+  measured_ = false;
+  return true;
+}
+
+void StateChecker::measureGroups() {
   std::vector<std::vector<Ball>> balls(static_cast<std::size_t>(groups_.size()));
-  for (std::size_t i = 0; i < moving_.size(); ++i) {
-    const int group = groups_.groupOf(mounts_[i].link);
-    const Pose& X_WL = X_WL_[static_cast<std::size_t>(mounts_[i].link)];
-    const Pose& X_WG = X_WL_[static_cast<std::size_t>(groups_.linkOf(group))];
-    const Pose X_GB = X_WG.inverse() * X_WL * mounts_[i].X_LB;
-    const Ball ball = ballRound(world_->scene().data(), moving_[i], X_GB);
-    moving_bodies_[i] = {moving_[i], group, X_GB, ball};
-    balls[static_cast<std::size_t>(group)].push_back(ball);
+  for (MovingBody& it : moving_bodies_) {
+    it.ball = ballRound(world_->scene().data(), it.body, it.X_GB);
+    balls[static_cast<std::size_t>(it.group)].push_back(it.ball);
   }
   for (int group = 0; group < groups_.size(); ++group) {
     groups_.setBall(group, ballRound(balls[static_cast<std::size_t>(group)]));
   }
-  mounted_ = true;
+  measured_ = true;
 }
 
 void StateChecker::requireState(const Eigen::Ref<const Eigen::VectorXd>& q) const {
@@ -186,6 +264,7 @@ bool StateChecker::freeAlong(const JointMotion& motion, double from, double to, 
   rows_ = pairs_.rows();
   stretches_.assign(1, {from, to, 0, rows_.size()});
   if (stale_ || seen_changes_ != world_->changes()) activate();
+  if (!measured_) measureGroups();
   // Breadth first: what touches is found by few looks spread over the motion.
   for (std::size_t i = 0; i < stretches_.size(); ++i) {
     const Stretch it = stretches_[i];
@@ -200,7 +279,7 @@ bool StateChecker::freeAlong(const JointMotion& motion, double from, double to, 
     for (std::size_t r = 0; r < count; ++r) {
       const int other = moving_index_[static_cast<std::size_t>(rows[r].other)];
       if (other >= 0) wanted_[static_cast<std::size_t>(other)] = true;
-      pairs_.forEachMover(rows[r], [&](BodyId mover) {
+      pairs_.forEachMover(rows[r], [&](BodyId mover, std::uint64_t) {
         wanted_[static_cast<std::size_t>(moving_index_[static_cast<std::size_t>(mover)])] = true;
       });
     }
@@ -235,6 +314,39 @@ std::optional<BodyContact> StateChecker::hitAlong(const JointMotion& motion, dou
   return contact;
 }
 
+std::optional<BodyPair> StateChecker::touching(const Part& part) {
+  for (const std::size_t i : part.bodies) {
+    const MovingBody& it = moving_bodies_[i];
+    world_->setPose(it.body, groups_.pose(it.group) * it.X_GB);
+  }
+  seen_changes_ = world_->changes();
+  return world_->touchingPair(pairs_, part.rows);
+}
+
+std::optional<BodyPair> StateChecker::toolTouches(const Pose& X_WTool) {
+  require(setup_.tool_link >= 0, "no tool link");
+  if (stale_ || seen_changes_ != world_->changes()) activate();
+  const Pose X_WG = X_WTool * X_GTool_.inverse();
+  for (const std::size_t i : tool_with_still_.bodies) {
+    const MovingBody& it = moving_bodies_[i];
+    world_->setPose(it.body, X_WG * it.X_GB);
+  }
+  seen_changes_ = world_->changes();
+  return world_->touchingPair(pairs_, tool_with_still_.rows);
+}
+
+std::optional<BodyPair> StateChecker::armTouches(const Eigen::Ref<const Eigen::VectorXd>& q,
+                                                 ArmPart part) {
+  require(setup_.tool_link >= 0, "no tool link");
+  requireState(q);
+  if (stale_ || seen_changes_ != world_->changes()) activate();
+  groups_.place(q);
+  if (part == ArmPart::kAll) {
+    if (auto pair = touching(arm_with_all_)) return pair;
+  }
+  return touching(tool_with_arm_);
+}
+
 std::vector<BodyContact> StateChecker::contacts(const Eigen::Ref<const Eigen::VectorXd>& q) {
   place(q);
   return world_->contacts(pairs_);
@@ -243,9 +355,14 @@ std::vector<BodyContact> StateChecker::contacts(const Eigen::Ref<const Eigen::Ve
 void StateChecker::setPosture(int robot, const RobotVector& q) {
   RobotVector& posture = setup_.q.at(static_cast<std::size_t>(robot));
   require(q.size() == posture.size(), "a posture's size is wrong");
+  if (robot == setup_.robot) {
+    const bool light = !stale_ && remount(q);
+    posture = q;
+    if (light) return;
+    mounted_ = false;
+  }
   posture = q;
   stale_ = true;
-  if (robot == setup_.robot) mounted_ = false;
 }
 
 void StateChecker::setObject(int object, const Pose& X_WO) {

@@ -30,7 +30,8 @@ struct StateCheckerSetup {
   /// unless they are held.
   std::vector<Pose> X_WO;
   std::optional<HeldObject> held;
-  BodyPairs allowed;  ///< pairs that may touch, beyond the standing ones
+  BodyPairs allowed;   ///< pairs that may touch, beyond the standing ones
+  int tool_link = -1;  ///< of the moving robot: for toolTouches() and armTouches()
 };
 
 /// Tests states of some joints of one robot: their links, and the objects these carry, against each
@@ -62,12 +63,21 @@ class StateChecker {
   bool validAlong(const JointMotion& motion, double from = 0, double to = 1);
   /// A pair that touches on the motion, if any.
   std::optional<BodyContact> hitAlong(const JointMotion& motion, double from = 0, double to = 1);
+  /// valid() in parts, for callers that ask many states with the tool at one pose. This part is a
+  /// function of that pose: what moves as one with the setup's tool link, against all that stands
+  /// still. A touching pair, if any.
+  std::optional<BodyPair> toolTouches(const Pose& X_WTool);
+  /// Which of the other pairs of a state to test: those of the tool's bodies with the links before
+  /// them, or all.
+  enum class ArmPart { kToolWithArm, kAll };
+  std::optional<BodyPair> armTouches(const Eigen::Ref<const Eigen::VectorXd>& q, ArmPart part);
   /// Every touching pair.
   std::vector<BodyContact> contacts(const Eigen::Ref<const Eigen::VectorXd>& q);
   /// Moves everything to q without testing, e.g. to ask world().distance().
   void place(const Eigen::Ref<const Eigen::VectorXd>& q);
 
-  /// Another posture of one robot (of the moving one: its joints that are not in `dofs`).
+  /// Another posture of one robot (of the moving one: its joints that are not in `dofs`). Cheap
+  /// where only what hangs on moving links changes, like the fingers of a moving hand.
   void setPosture(int robot, const RobotVector& q);
   /// Another place of an object that is neither held nor attached.
   void setObject(int object, const Pose& X_WO);
@@ -97,8 +107,20 @@ class StateChecker {
   const RobotModel& model() const;
   void compile();
   void requireState(const Eigen::Ref<const Eigen::VectorXd>& q) const;
-  /// What moves as one is measured once per posture.
+
+  /// Some rows of pairs_, and the bodies that they speak of.
+  struct Part {
+    std::vector<PairList::Row> rows;
+    std::vector<std::size_t> bodies;  ///< in moving_bodies_
+  };
+
+  void divide();
+  std::optional<BodyPair> touching(const Part& part);
   void mountBodies();
+  void mountBody(std::size_t i);
+  bool remount(const RobotVector& q);
+  /// What moves as one is measured once per posture.
+  void measureGroups();
   bool freeAlong(const JointMotion& motion, double from, double to, BodyContact* hit);
 
   CollisionWorld* world_;
@@ -112,9 +134,15 @@ class StateChecker {
   std::uint64_t seen_changes_ = 0;  ///< of the world, at the last state asked
   bool stale_ = true;               ///< the setup changed since
   bool mounted_ = false;            ///< moving_bodies_ are those of the setup
+  bool measured_ = false;           ///< groups_ knows the balls of moving_bodies_
+  Pose X_GTool_ = Pose::Identity();
+  Part tool_with_still_, tool_with_arm_, arm_with_all_;
+
+  std::vector<Pose> X_WL_;  ///< of the moving robot at the setup's posture
 
   // Scratch.
-  std::vector<Pose> X_WL_;
+  std::vector<bool> moved_;  ///< by link
+  std::vector<int> moved_links_;
   std::vector<Stretch> stretches_;
   std::vector<PairList::Row> rows_, undecided_;
   std::vector<bool> wanted_;  ///< by index in moving_bodies_

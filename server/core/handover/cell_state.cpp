@@ -83,6 +83,8 @@ StateChecker CheckerFactory::make(const CellState& state, const Role& mover,
   }
   setup.X_WO[at(object_)] = state.X_WO;
   setup.allowed = allowed(contacts);
+  // Motions of the fingers have no tool that moves with them.
+  if (dofs == mover.arm_model->dofs) setup.tool_link = mover.arm_model->tool_link;
   return StateChecker(world_, std::move(setup));
 }
 

@@ -221,15 +221,17 @@ class GraspChecker : public GraspTest {
         open_(open_checkers.make(state, role, role.arm_model->dofs, open)),
         closed_(closed_checkers.make(state, role, role.arm_model->dofs, closed)) {}
 
-  bool free(const Grasp& grasp, const ArmVector& q) override {
+  std::optional<BodyPair> handTouches(const Grasp& grasp, const Pose& X_WT) override {
     set(grasp);
-    return open_.valid(q) && closed_.valid(q);
+    if (auto hit = open_.toolTouches(X_WT)) return hit;
+    return closed_.toolTouches(X_WT);
   }
 
-  std::optional<BodyContact> contact(const Grasp& grasp, const ArmVector& q) override {
+  std::optional<BodyPair> armTouches(const Grasp& grasp, const ArmVector& q) override {
     set(grasp);
-    if (auto hit = open_.hit(q)) return hit;
-    return closed_.hit(q);
+    if (auto hit = open_.armTouches(q, StateChecker::ArmPart::kAll)) return hit;
+    // The arm is where it was; only the fingers are not.
+    return closed_.armTouches(q, StateChecker::ArmPart::kToolWithArm);
   }
 
  private:

@@ -9,9 +9,9 @@ namespace {
 
 std::string robotOf(const std::string& body) { return body.substr(0, body.find('/')); }
 
-void tally(const CollisionScene& names, const BodyContact& hit, RejectTally& rejects) {
-  const std::string& a = names.name(hit.a);
-  const std::string& b = names.name(hit.b);
+void tally(const CollisionScene& names, const BodyPair& hit, RejectTally& rejects) {
+  const std::string& a = names.name(hit.first);
+  const std::string& b = names.name(hit.second);
   const bool self = a.find('/') != std::string::npos && b.find('/') != std::string::npos &&
                     robotOf(a) == robotOf(b);
   rejects.add(self ? "self_collision" : "collision", {a, b});
@@ -49,13 +49,21 @@ PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Po
     if (deadline.over()) break;
     ++pruned.tested;
     const Grasp& grasp = role.grasps->grasps[static_cast<std::size_t>(index)];
-    solutions.clear();
+    const Pose X_WT = X_WO * grasp.X_OT;
+    const Pose X_AT = role.worldToArm(X_WT);
+    // Cheap tests before dear ones: is there any configuration, is the hand free, then all of them.
     const IkCounts counts =
-        role.kinematics->solve(role.worldToArm(X_WO * grasp.X_OT), query, solutions);
-    if (solutions.empty()) {
+        role.kinematics->visit(X_AT, query, [](const ArmVector&) { return false; });
+    if (counts.solutions == 0) {
       pruned.rejects.add(counts.limits > 0 ? "limits" : "no_ik");
       continue;
     }
+    if (const auto hit = test.handTouches(grasp, X_WT)) {
+      tally(names, *hit, pruned.rejects);
+      continue;
+    }
+    solutions.clear();
+    role.kinematics->solve(X_AT, query, solutions);
     order.clear();
     for (std::size_t i = 0; i < solutions.size(); ++i) {
       order.emplace_back(cost(index, solutions[i]), i);
@@ -63,11 +71,14 @@ PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Po
     std::sort(order.begin(), order.end());
     const std::size_t tried = std::min(most, order.size());
     std::size_t first = 0;
-    while (first < tried && !test.free(grasp, solutions[order[first].second])) ++first;
+    std::optional<BodyPair> first_hit;
+    for (; first < tried; ++first) {
+      const auto hit = test.armTouches(grasp, solutions[order[first].second]);
+      if (!hit) break;
+      if (!first_hit) first_hit = hit;
+    }
     if (first == tried) {
-      if (const auto hit = test.contact(grasp, solutions[order[0].second])) {
-        tally(names, *hit, pruned.rejects);
-      }
+      tally(names, *first_hit, pruned.rejects);
       continue;
     }
     FeasibleGrasp feasible;

@@ -30,12 +30,14 @@ struct PrunedGrasps {
   const FeasibleGrasp* find(int grasp) const;
 };
 
-/// Tells whether a configuration with a grasp is free, and of one that is not what touches.
+/// Tells what touches with a grasp, if anything: first of the hand at its pose, which all
+/// configurations share, then of the rest of the arm at one of them.
 class GraspTest {
  public:
   virtual ~GraspTest() = default;
-  virtual bool free(const Grasp& grasp, const ArmVector& q) = 0;
-  virtual std::optional<BodyContact> contact(const Grasp& grasp, const ArmVector& q) = 0;
+  virtual std::optional<BodyPair> handTouches(const Grasp& grasp, const Pose& X_WT) = 0;
+  /// @pre the hand is free.
+  virtual std::optional<BodyPair> armTouches(const Grasp& grasp, const ArmVector& q) = 0;
 };
 
 /// How hard a free configuration of a grasp is looked for.

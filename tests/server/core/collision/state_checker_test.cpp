@@ -35,7 +35,8 @@ class StateCheckerTest : public testing::Test {
     SceneObject tray = boxObject("tray", {0.1, 0.1, 0.02}, {0, 0, 0});
     tray.attached_to = Attachment{0, model_->findLink("right_palm"), at(0, 0, 0.1), {}};
     scene.objects.push_back(tray);
-    world_ = std::make_unique<CollisionWorld>(std::make_shared<const CollisionScene>(scene));
+    scene_ = std::make_shared<const CollisionScene>(scene);
+    world_ = std::make_unique<CollisionWorld>(scene_);
   }
 
   const CollisionScene& scene() const { return world_->scene(); }
@@ -47,6 +48,7 @@ class StateCheckerTest : public testing::Test {
   BodyId link(const char* name) const { return scene().linkBody(0, model_->findLink(name)); }
 
   std::shared_ptr<const RobotModel> model_;
+  std::shared_ptr<const CollisionScene> scene_;
   std::unique_ptr<CollisionWorld> world_;
 };
 
@@ -73,6 +75,40 @@ TEST_F(StateCheckerTest, LinksThatMoveAsOneAreNotTested) {
   StateChecker fingers(*world_, {scene(), 0, model_->hands[0].dofs});
   EXPECT_FALSE(fingers.valid(Eigen::VectorXd::Constant(1, -0.01)));
   EXPECT_TRUE(fingers.valid(Eigen::VectorXd::Constant(1, 0.01)));
+}
+
+TEST_F(StateCheckerTest, ItsPartsSayTogetherWhatTheWholeSays) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> angle(-3.1, 3.1), finger(-0.01, 0.03);
+  StateCheckerSetup with_tool = setup(0);
+  with_tool.tool_link = model_->findLink("left_palm");
+  StateChecker parts(*world_, with_tool);
+  CollisionWorld other_world(scene_);
+  int free = 0, tool = 0, rest = 0;
+  for (int round = 0; round < 400; ++round) {
+    RobotVector posture = RobotVector::Zero(model_->dofs());
+    posture[2] = finger(random);  // a light change of posture: only fingers move
+    parts.setPosture(0, posture);
+    StateCheckerSetup anew = setup(0);
+    anew.q[0] = posture;
+    StateChecker whole(other_world, anew);
+    const ArmVector q = arm(angle(random), angle(random));
+    std::vector<Pose> X_WL;
+    RobotVector all = posture;
+    all.head(2) = q;
+    linkPoses(*model_, Pose::Identity(), all, X_WL);
+    const bool tool_touches =
+        parts.toolTouches(X_WL[static_cast<std::size_t>(with_tool.tool_link)]).has_value();
+    const bool arm_touches = parts.armTouches(q, StateChecker::ArmPart::kAll).has_value();
+    EXPECT_EQ(whole.valid(q), !tool_touches && !arm_touches);
+    EXPECT_EQ(parts.valid(q), whole.valid(q));
+    free += !tool_touches && !arm_touches;
+    tool += tool_touches;
+    rest += arm_touches;
+  }
+  EXPECT_GT(free, 20);
+  EXPECT_GT(tool, 20);
+  EXPECT_GT(rest, 20);
 }
 
 TEST_F(StateCheckerTest, CarriesTheHeldObject) {
