@@ -46,7 +46,7 @@ struct HandoverTuple {
 
 /// How hard the search tries; counts, never seconds.
 struct ExchangeBudget {
-  std::uint32_t rrt_iterations = 2'000;
+  std::uint32_t rrt_iterations = 600;
   std::uint32_t shortcut_attempts = 30;
   std::size_t configurations = 4;  ///< of a grasp, tried as ends of motions
 };

@@ -139,7 +139,9 @@ JointPath shortcut(const MotionProblem& problem, const JointPath& path, std::uin
   skipVertices(problem, points, false, deadline);
   Waypoints cheap = points;
   cutRandomly(problem, cheap, seed, attempts, false, deadline);
-  if (skipVertices(problem, cheap, true, deadline)) return {std::move(cheap)};
+  // Part of a segment that is valid as a whole needs no second look.
+  const bool recheck = !problem.valid_between;
+  if (skipVertices(problem, cheap, recheck, deadline)) return {std::move(cheap)};
   cutRandomly(problem, points, seed, attempts, true, deadline);
   return {std::move(points)};
 }

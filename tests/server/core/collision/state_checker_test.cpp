@@ -85,7 +85,7 @@ TEST_F(StateCheckerTest, ItsPartsSayTogetherWhatTheWholeSays) {
   StateChecker parts(*world_, with_tool);
   CollisionWorld other_world(scene_);
   int free = 0, tool = 0, rest = 0;
-  for (int round = 0; round < 400; ++round) {
+  for (int round = 0; round < 2000; ++round) {
     RobotVector posture = RobotVector::Zero(model_->dofs());
     posture[2] = finger(random);  // a light change of posture: only fingers move
     parts.setPosture(0, posture);
