@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/reachability/map_file.hpp"
 
+#include <handover/common/atomic_file.hpp>
+#include <handover/common/descriptor.hpp>
+
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <unistd.h>
 #include <xxhash.h>
 
 #include <cerrno>
@@ -19,47 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string reason(int error) { return std::generic_category().message(error); }
-
-/// Closes on the way out.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-
-  int get() const { return fd_; }
-
-  /// The error number of closing, 0 for none.
-  int close() {
-    const int fd = fd_;
-    fd_ = -1;
-    return ::close(fd) == 0 ? 0 : errno;
-  }
-
- private:
-  int fd_;
-};
-
-bool writeAll(int fd, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(fd, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  return true;
-}
-
-/// Makes the new name last through a loss of power.
-void syncFolder(const fs::path& folder) {
-  const Descriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (fd.get() >= 0) ::fsync(fd.get());
-}
 
 std::uint64_t checksum(std::span<const std::byte> file) {
   constexpr std::size_t kBegin = offsetof(FileHeader, hash);
@@ -110,26 +71,7 @@ FileLayout layoutOf(std::uint64_t cells, std::uint64_t filled) {
 Result<bool> writeMapFile(const fs::path& file, FileHeader header,
                           std::span<const std::int32_t> index,
                           std::span<const ReachabilityVoxel> voxels) {
-  const std::vector<std::byte> bytes = assemble(header, index, voxels);
-  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  std::error_code trouble;
-  fs::create_directories(folder, trouble);
-  if (trouble) return Error{ErrorCode::kIo, folder.string() + ": " + trouble.message()};
-
-  std::string temporary = file.string() + ".XXXXXX";
-  Descriptor fd(::mkostemp(temporary.data(), O_CLOEXEC));
-  if (fd.get() < 0) return Error{ErrorCode::kIo, temporary + ": " + reason(errno)};
-  const auto fail = [&](int error) {
-    ::unlink(temporary.c_str());
-    return Error{ErrorCode::kIo, file.string() + ": " + reason(error)};
-  };
-  if (::fchmod(fd.get(), 0644) != 0 || !writeAll(fd.get(), bytes) || ::fsync(fd.get()) != 0) {
-    return fail(errno);
-  }
-  if (const int error = fd.close(); error != 0) return fail(error);
-  if (::rename(temporary.c_str(), file.c_str()) != 0) return fail(errno);
-  syncFolder(folder);
-  return true;
+  return writeFileAtomically(file, assemble(header, index, voxels));
 }
 
 MappedFile::~MappedFile() {

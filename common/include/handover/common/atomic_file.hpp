@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <handover/common/result.hpp>
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+
+namespace handover {
+
+/// Writes a whole file: to a temporary name beside it, synced, renamed. Others see the old file or
+/// the new one, after a loss of power too. Makes its folder. kIo with the reason.
+Result<bool> writeFileAtomically(const std::filesystem::path& file,
+                                 std::span<const std::byte> bytes);
+
+}  // namespace handover
