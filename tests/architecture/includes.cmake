@@ -25,6 +25,7 @@ function(only what include)
 endfunction()
 
 only("Bullet is for server/core/collision" "bt[A-Z]|Bullet|LinearMath/" "server/core/collision/[^/]*\\.cpp$")
+only("Qhull is for server/core/decomposition" "libqhull" "server/core/decomposition/[^/]*\\.cpp$")
 only("OMPL is for server/core/motion" "ompl/" "server/core/motion/[^/]*\\.cpp$")
 only("urdfdom is for server/core/model" "urdf_|console_bridge/" "server/core/model/[^/]*\\.cpp$")
 only("assimp is for server/core/model and the verifier" "assimp/"

@@ -5,6 +5,7 @@
 #include <BulletCollision/btBulletCollisionCommon.h>
 #include <assimp/scene.h>
 #include <fastdds/dds/topic/Topic.hpp>
+#include <libqhull_r/libqhull_r.h>
 #include <ompl/base/Goal.h>
 #include <urdf_parser/urdf_parser.h>
 #include <yaml-cpp/yaml.h>
