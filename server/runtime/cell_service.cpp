@@ -3,6 +3,7 @@
 
 #include "core/collision/arm_self_collision.hpp"
 #include "core/handover/cell_state.hpp"
+#include "runtime/parts_cache.hpp"
 #include "settings/roots.hpp"
 
 #include <handover/common/log.hpp>
@@ -223,13 +224,14 @@ std::shared_ptr<const GraspSet> ResourceCache::makeGrasps(const SceneObject& obj
 }
 
 CellService::CellService(const std::filesystem::path& root, const std::vector<std::string>& cells,
-                         std::filesystem::path cache_folder, ResourceCache::Progress progress,
-                         bool force)
-    : cache_(std::move(cache_folder), std::move(progress), force) {
+                         const std::filesystem::path& cache_folder,
+                         ResourceCache::Progress progress, bool force)
+    : cache_(cache_folder, std::move(progress), force) {
+  const PartsCache divide(cache_folder, force);
   std::vector<FileFault> faults;
   for (const auto& name : cells) {
     const auto file = cellFile(name, root);
-    Cell cell = Cell::load(file, root, models_);
+    Cell cell = Cell::load(file, root, models_, divide);
     if (find(cell.name()) != nullptr) {
       faults.push_back({file.string(), 0, "a cell named '" + cell.name() + "' is loaded already"});
       continue;

@@ -68,7 +68,8 @@ class CellService : public PlanService {
  public:
   /// Loads every cell (names under <root>/config/cells or files). @throws FileError.
   CellService(const std::filesystem::path& root, const std::vector<std::string>& cells,
-              std::filesystem::path cache_folder, ResourceCache::Progress progress, bool force);
+              const std::filesystem::path& cache_folder, ResourceCache::Progress progress,
+              bool force);
 
   std::vector<CellInfo> cells() const override;
   void prepare(const Deadline& deadline) override;

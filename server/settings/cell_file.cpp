@@ -45,8 +45,9 @@ void checkVariation(const YamlNode& cell, const Variation& variation, YamlReport
 
 /// Loads the models that the cell names and that are not there yet; collects what is wrong with
 /// them.
-void loadModels(const CellDescription& cell, const std::filesystem::path& root, ModelCache& models,
-                YamlReport& report, std::vector<FileFault>& faults) {
+void loadModels(const CellDescription& cell, const std::filesystem::path& root,
+                const MeshDivider& divide, ModelCache& models, YamlReport& report,
+                std::vector<FileFault>& faults) {
   std::map<std::string, bool> tried;
   for (const RobotDescription& robot : cell.robots) {
     if (models.contains(robot.model) || !tried.emplace(robot.model, true).second) continue;
@@ -57,8 +58,8 @@ void loadModels(const CellDescription& cell, const std::filesystem::path& root, 
       continue;
     }
     try {
-      models.emplace(robot.model,
-                     std::make_shared<const RobotModel>(loadRobot(readRobotSettings(file, root))));
+      models.emplace(robot.model, std::make_shared<const RobotModel>(
+                                      loadRobot(readRobotSettings(file, root), divide)));
     } catch (const FileError& error) {
       faults.insert(faults.end(), error.faults().begin(), error.faults().end());
     }
@@ -77,6 +78,7 @@ bool entriesKnown(const YamlReport& report) {
 
 struct Cell::Data {
   std::filesystem::path file, root;
+  MeshDivider divide;
   YamlNode document;
   CellDescription description;
   ModelCache models;                          ///< those of this cell
@@ -86,10 +88,11 @@ struct Cell::Data {
 };
 
 Cell Cell::load(const std::filesystem::path& file, const std::filesystem::path& root,
-                ModelCache& models) {
+                ModelCache& models, const MeshDivider& divide) {
   auto data = std::make_shared<Data>();
   data->file = file;
   data->root = root;
+  data->divide = divide;
   const std::string shown_file = file.string();
   data->document = parseYaml(readSettingsText(file), shown_file);
   YamlReport report;
@@ -103,12 +106,12 @@ Cell Cell::load(const std::filesystem::path& file, const std::filesystem::path& 
 
   std::vector<FileFault> robot_faults;
   YamlReport later = report.linesOnly();
-  loadModels(data->description, root, models, later, robot_faults);
+  loadModels(data->description, root, divide, models, later, robot_faults);
   if (later.clean() && robot_faults.empty() && entriesKnown(report)) {
     for (const RobotDescription& robot : data->description.robots) {
       data->models.emplace(robot.model, models.at(robot.model));
     }
-    ResolvedCell resolved = resolveCell(data->description, data->models, root, {}, later);
+    ResolvedCell resolved = resolveCell(data->description, data->models, root, divide, {}, later);
     for (const SceneObject& object : resolved.scene.objects) {
       data->shapes.emplace(object.name, KnownShapes{object.geometry, object.shapes});
     }
@@ -149,7 +152,7 @@ std::variant<Cell::Instance, std::vector<Fault>> Cell::instantiate(
   const CellDescription description = readCell(document, report);
   if (!report.clean()) return asOverrideFaults(report, overrides);
   ResolvedCell resolved =
-      resolveCell(description, data_->models, data_->root, data_->shapes, report);
+      resolveCell(description, data_->models, data_->root, data_->divide, data_->shapes, report);
   if (!report.clean()) return asOverrideFaults(report, overrides);
   resolved.scene.revision = revision;
   return Instance{std::make_shared<const Scene>(std::move(resolved.scene)),

@@ -45,9 +45,10 @@ class Cell {
     std::vector<SceneTask> tasks;  ///< in the file's order
   };
 
-  /// @throws FileError with every fault of the cell and of the robot files it names.
+  /// `divide` is for meshes that are not convex, now and when overrides name others; safe from any
+  /// thread. @throws FileError with every fault of the cell and of the robot files it names.
   static Cell load(const std::filesystem::path& file, const std::filesystem::path& root,
-                   ModelCache& models);
+                   ModelCache& models, const MeshDivider& divide = convexParts);
 
   const std::string& name() const;
   const std::filesystem::path& file() const;

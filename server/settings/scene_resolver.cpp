@@ -16,9 +16,14 @@ constexpr int kSwivelSamples = 64;
 class SceneResolver {
  public:
   SceneResolver(const CellDescription& cell, const ModelCache& models,
-                const std::filesystem::path& root, const std::map<std::string, KnownShapes>& known,
-                YamlReport& report)
-      : cell_(cell), models_(models), root_(root), known_(known), report_(report) {}
+                const std::filesystem::path& root, const MeshDivider& divide,
+                const std::map<std::string, KnownShapes>& known, YamlReport& report)
+      : cell_(cell),
+        models_(models),
+        root_(root),
+        divide_(divide),
+        known_(known),
+        report_(report) {}
 
   ResolvedCell resolve() {
     scene().cell = cell_.name;
@@ -193,7 +198,7 @@ class SceneResolver {
       return known->second.shapes;
     }
     try {
-      return shapesOf(description.geometry, root_);
+      return shapesOf(description.geometry, root_, divide_);
     } catch (const FileError& error) {
       for (const FileFault& fault : error.faults()) report_.add(path, fault.text());
       return {};
@@ -377,6 +382,7 @@ class SceneResolver {
   const CellDescription& cell_;
   const ModelCache& models_;
   const std::filesystem::path& root_;
+  const MeshDivider& divide_;
   const std::map<std::string, KnownShapes>& known_;
   YamlReport& report_;
   ResolvedCell out_;
@@ -387,9 +393,9 @@ class SceneResolver {
 }  // namespace
 
 ResolvedCell resolveCell(const CellDescription& cell, const ModelCache& models,
-                         const std::filesystem::path& root,
+                         const std::filesystem::path& root, const MeshDivider& divide,
                          const std::map<std::string, KnownShapes>& known, YamlReport& report) {
-  return SceneResolver(cell, models, root, known, report).resolve();
+  return SceneResolver(cell, models, root, divide, known, report).resolve();
 }
 
 }  // namespace handover

@@ -24,9 +24,10 @@ struct ResolvedCell {
 };
 
 /// `models` by name, as loaded with the cell; `known` shapes by object name spare reading meshes
-/// again. Faults go to `report` by path; the result is usable only if there were none.
+/// again, and `divide` takes those that are not convex. Faults go to `report` by path; the result
+/// is usable only if there were none.
 ResolvedCell resolveCell(const CellDescription& cell, const ModelCache& models,
-                         const std::filesystem::path& root,
+                         const std::filesystem::path& root, const MeshDivider& divide,
                          const std::map<std::string, KnownShapes>& known, YamlReport& report);
 
 }  // namespace handover

@@ -14,6 +14,7 @@ Shape atOrigin(std::variant<BoxShape, SphereShape, CylinderShape, ConvexShape> g
 
 struct ShapeMaker {
   const std::filesystem::path& root;
+  const MeshDivider& divide;
 
   std::vector<Shape> operator()(const BoxGeometry& box) const {
     return {atOrigin(BoxShape{vectorOf(box.size)})};
@@ -28,14 +29,14 @@ struct ShapeMaker {
   }
 
   std::vector<Shape> operator()(const MeshGeometry& mesh) const {
-    return readConvexMesh(root / mesh.path, vectorOf(mesh.scale));
+    return readConvexMesh(root / mesh.path, vectorOf(mesh.scale), divide);
   }
 
   std::vector<Shape> operator()(const CompoundGeometry& compound) const {
     std::vector<Shape> shapes;
     for (const GeometryPart& part : compound.parts) {
       const Pose X_OS = toPose(part.X_OS);
-      for (Shape& shape : shapesOf(part.geometry, root)) {
+      for (Shape& shape : shapesOf(part.geometry, root, divide)) {
         shape.X_BS = X_OS * shape.X_BS;
         shapes.push_back(std::move(shape));
       }
@@ -46,8 +47,9 @@ struct ShapeMaker {
 
 }  // namespace
 
-std::vector<Shape> shapesOf(const Geometry& geometry, const std::filesystem::path& root) {
-  return std::visit(ShapeMaker{root}, geometry);
+std::vector<Shape> shapesOf(const Geometry& geometry, const std::filesystem::path& root,
+                            const MeshDivider& divide) {
+  return std::visit(ShapeMaker{root, divide}, geometry);
 }
 
 }  // namespace handover

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/decomposition/convex_parts.hpp"
 #include "core/model/shape.hpp"
 
 #include <handover/common/geometry.hpp>
@@ -10,8 +11,10 @@
 
 namespace handover {
 
-/// The convex shapes of a geometry, in the geometry's own frame. Mesh paths stand on `root`.
+/// The convex shapes of a geometry, in the geometry's own frame. Mesh paths stand on `root`;
+/// `divide` is for those that are not convex.
 /// @throws FileError when a mesh cannot be used.
-std::vector<Shape> shapesOf(const Geometry& geometry, const std::filesystem::path& root);
+std::vector<Shape> shapesOf(const Geometry& geometry, const std::filesystem::path& root,
+                            const MeshDivider& divide = convexParts);
 
 }  // namespace handover

@@ -26,8 +26,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMaxMib = 64;
-/// Of one part, after merging. A hull of more vertices is of no use to collision checking, and the
-/// test of every vertex against every face stays below a second.
+/// Of a part that is taken as it is, after merging. A hull of more vertices is of no use to
+/// collision checking, and the test of every vertex against every face stays below a second.
 constexpr std::size_t kMaxPartVertices = 8192;
 constexpr double kMergeDistance = 1e-7;    // [m]
 constexpr double kConvexTolerance = 1e-4;  // [m], of bodies up to 1 m; relative to the size above
@@ -142,29 +142,23 @@ double worstBulge(const ConvexShape& shape) {
   return worst;
 }
 
-/// What is wrong with a part as a convex body; empty if nothing. Turns its triangles outward.
-std::string convexFault(ConvexShape& shape) {
-  if (shape.vertices.size() > kMaxPartVertices) {
-    return "has " + std::to_string(shape.vertices.size()) + " vertices, more than " +
-           std::to_string(kMaxPartVertices);
-  }
-  if (!isClosed(shape)) return "is not a closed surface";
+/// True for the closed surface of a convex body. Turns its triangles outward.
+bool isConvex(ConvexShape& shape) {
+  if (shape.vertices.size() > kMaxPartVertices || !isClosed(shape)) return false;
   const double volume = signedVolume(shape), extent = extentOf(shape);
-  if (std::abs(volume) < 1e-9 * extent * extent * extent) return "has no volume";
+  if (std::abs(volume) < 1e-9 * extent * extent * extent) return false;
   if (volume < 0) {
     for (auto& t : shape.triangles) std::swap(t[1], t[2]);
   }
-  const double bulge = worstBulge(shape);
-  if (bulge <= kConvexTolerance * std::max(1.0, extent)) return "";
-  return "is not convex: a vertex stands " + std::to_string(bulge * 1000.0) +
-         " mm out of a face's plane";
+  return worstBulge(shape) <= kConvexTolerance * std::max(1.0, extent);
 }
 
 /// Walks an imported scene, node by node.
 class PartCollector {
  public:
-  PartCollector(const fs::path& file, const aiScene& scene, const Eigen::Vector3d& scale)
-      : file_(file), scene_(scene), scale_(scale) {}
+  PartCollector(const fs::path& file, const aiScene& scene, const Eigen::Vector3d& scale,
+                const MeshDivider& divide)
+      : file_(file), scene_(scene), scale_(scale), divide_(divide) {}
 
   std::vector<Shape> collect() {
     visit(*scene_.mRootNode, Eigen::Matrix4d::Identity());
@@ -191,13 +185,21 @@ class PartCollector {
     }
     ConvexShape part = mergedPart(mesh, transform);
     if (part.triangles.empty()) return;
-    const std::string fault = convexFault(part);
-    if (fault.empty()) {
+    if (isConvex(part)) {
       parts_.push_back(Shape{Pose::Identity(), std::move(part)});
       return;
     }
-    const char* name = mesh.mName.length > 0 ? mesh.mName.C_Str() : node.mName.C_Str();
-    faults_.push_back({file_.string(), 0, "part '" + std::string(name) + "' " + fault});
+    auto divided = divide_({std::move(part.vertices), std::move(part.triangles)});
+    if (!divided) {
+      const char* name = mesh.mName.length > 0 ? mesh.mName.C_Str() : node.mName.C_Str();
+      faults_.push_back(
+          {file_.string(), 0, "part '" + std::string(name) + "' " + divided.error().detail});
+      return;
+    }
+    for (TriangleMesh& piece : *divided) {
+      parts_.push_back(
+          {Pose::Identity(), ConvexShape{std::move(piece.vertices), std::move(piece.triangles)}});
+    }
   }
 
   ConvexShape mergedPart(const aiMesh& mesh, const Eigen::Matrix4d& transform) const {
@@ -230,6 +232,7 @@ class PartCollector {
   const aiScene& scene_;
   Eigen::Vector3d scale_;
   std::size_t triangles_ = 0;
+  const MeshDivider& divide_;
   std::vector<Shape> parts_;
   std::vector<FileFault> faults_;
 };
@@ -302,7 +305,8 @@ MeshFormat formatOf(const fs::path& file) {
 
 }  // namespace
 
-std::vector<Shape> readConvexMesh(const fs::path& file, const Eigen::Vector3d& scale) {
+std::vector<Shape> readConvexMesh(const fs::path& file, const Eigen::Vector3d& scale,
+                                  const MeshDivider& divide) {
   const MeshFormat format = formatOf(file);
   const Result<std::string> text = readFileText(file, kMaxMib);
   if (!text) refuse(file, text.error().detail);
@@ -319,7 +323,7 @@ std::vector<Shape> readConvexMesh(const fs::path& file, const Eigen::Vector3d& s
     const std::string detail = importer.GetErrorString();
     refuse(file, "cannot be read as a mesh" + (detail.empty() ? "" : ": " + detail));
   }
-  return PartCollector(file, *scene, scale).collect();
+  return PartCollector(file, *scene, scale, divide).collect();
 }
 
 }  // namespace handover

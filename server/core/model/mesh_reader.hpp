@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/decomposition/convex_parts.hpp"
 #include "core/model/shape.hpp"
 
 #include <filesystem>
@@ -8,9 +9,11 @@
 
 namespace handover {
 
-/// Reads STL, OBJ or DAE into convex shapes in the mesh's own frame, one per mesh node, with units
-/// and node transforms honoured and `scale` applied. A node that is not convex is refused.
+/// Reads STL, OBJ or DAE into convex shapes in the mesh's own frame, with units and node transforms
+/// honoured and `scale` applied. A mesh node that is convex is one shape, as it is; any other
+/// becomes what `divide` makes of it.
 /// @throws FileError naming the file and what is wrong with it.
-std::vector<Shape> readConvexMesh(const std::filesystem::path& file, const Eigen::Vector3d& scale);
+std::vector<Shape> readConvexMesh(const std::filesystem::path& file, const Eigen::Vector3d& scale,
+                                  const MeshDivider& divide = convexParts);
 
 }  // namespace handover

@@ -339,10 +339,10 @@ std::string FileFault::text() const {
 FileError::FileError(std::vector<FileFault> faults)
     : std::runtime_error(joinedText(faults)), faults_(std::move(faults)) {}
 
-RobotModel loadRobot(const RobotSettings& settings) {
+RobotModel loadRobot(const RobotSettings& settings, const MeshDivider& divide) {
   std::vector<FileFault> faults;
   const std::filesystem::path urdf_file = settings.root / settings.urdf;
-  UrdfModel urdf = readUrdf(urdf_file, urdf_file.string(), faults);
+  UrdfModel urdf = readUrdf(urdf_file, urdf_file.string(), faults, divide);
   if (!faults.empty()) throw FileError(std::move(faults));  // names cannot be checked against it
   const std::filesystem::path srdf_file = settings.root / settings.srdf;
   const SrdfModel srdf = readSrdf(srdf_file, srdf_file.string(), urdf, faults);

@@ -3,6 +3,7 @@
 // line.
 #pragma once
 
+#include "core/decomposition/convex_parts.hpp"
 #include "core/model/robot_model.hpp"
 
 #include <handover/common/result.hpp>
@@ -62,7 +63,8 @@ struct RobotSettings {
   std::map<std::string, int> lines;
 };
 
-/// Loads and checks a robot. @throws FileError listing every fault found.
-RobotModel loadRobot(const RobotSettings& settings);
+/// Loads and checks a robot; `divide` is for collision meshes that are not convex.
+/// @throws FileError listing every fault found.
+RobotModel loadRobot(const RobotSettings& settings, const MeshDivider& divide = convexParts);
 
 }  // namespace handover

@@ -60,10 +60,12 @@ bool knownMeshFormat(const std::string& path) {
 /// Looks at the pieces first, then at what they make together.
 class UrdfChecker {
  public:
-  UrdfChecker(const fs::path& file, const std::string& shown_file, std::vector<FileFault>& faults)
+  UrdfChecker(const fs::path& file, const std::string& shown_file, std::vector<FileFault>& faults,
+              const MeshDivider& divide)
       : folder_(fs::absolute(file).lexically_normal().parent_path()),
         all_faults_(faults),
         faults_(shown_file, faults),
+        divide_(divide),
         faults_before_(faults.size()) {}
 
   CheckedUrdf check(const fs::path& file) {
@@ -246,7 +248,7 @@ class UrdfChecker {
                                    std::to_string(kMaxMeshMib) + " MiB");
     }
     try {
-      checked_.meshes.emplace(key, readConvexMesh(mesh, scale));
+      checked_.meshes.emplace(key, readConvexMesh(mesh, scale, divide_));
     } catch (const FileError& error) {
       for (const FileFault& fault : error.faults()) {
         const std::string line = fault.line > 0 ? ":" + std::to_string(fault.line) : "";
@@ -459,6 +461,7 @@ class UrdfChecker {
   fs::path folder_;
   std::vector<FileFault>& all_faults_;
   XmlFaults faults_;
+  const MeshDivider& divide_;
   std::size_t faults_before_;
   CheckedUrdf checked_;
   std::vector<WrittenLink> links_;
@@ -473,8 +476,8 @@ class UrdfChecker {
 }  // namespace
 
 CheckedUrdf checkUrdf(const fs::path& file, const std::string& shown_file,
-                      std::vector<FileFault>& faults) {
-  return UrdfChecker(file, shown_file, faults).check(file);
+                      std::vector<FileFault>& faults, const MeshDivider& divide) {
+  return UrdfChecker(file, shown_file, faults, divide).check(file);
 }
 
 }  // namespace handover

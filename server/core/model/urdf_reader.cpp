@@ -188,10 +188,10 @@ class UrdfReader {
 }  // namespace
 
 UrdfModel readUrdf(const std::filesystem::path& file, const std::string& shown_file,
-                   std::vector<FileFault>& faults) {
+                   std::vector<FileFault>& faults, const MeshDivider& divide) {
   std::vector<FileFault> found;
   UrdfModel model;
-  const CheckedUrdf checked = checkUrdf(file, shown_file, found);
+  const CheckedUrdf checked = checkUrdf(file, shown_file, found, divide);
   if (found.empty()) {
     try {
       model = UrdfReader(checked, *parsed(checked.text), shown_file, found).read();

@@ -20,8 +20,9 @@ struct UrdfModel {
 };
 
 /// Reads `file`. Faults (checkUrdf(), and what urdfdom refuses beyond it) are appended, called
-/// `shown_file`; the model is usable only if none were.
+/// `shown_file`; the model is usable only if none were. `divide` is for collision meshes that are
+/// not convex.
 UrdfModel readUrdf(const std::filesystem::path& file, const std::string& shown_file,
-                   std::vector<FileFault>& faults);
+                   std::vector<FileFault>& faults, const MeshDivider& divide = convexParts);
 
 }  // namespace handover

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/grasp/surface_samples.hpp"
 
+#include "core/decomposition/convex_parts.hpp"
+#include "support/meshes.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -121,6 +124,29 @@ TEST(ConvexPart, IsClosedAndOutwardForEveryShape) {
     EXPECT_NEAR(volume, volumes[k], 0.01 * volumes[k]);
     EXPECT_TRUE(part.contains({0, 0, 0}, 0.04));
   }
+}
+
+TEST(SurfaceSamples, OfAMeshDividedIntoPartsLieOnItsOutside) {
+  const auto parts = convexParts(test::cupMesh());
+  ASSERT_TRUE(parts);
+  std::vector<Shape> shapes;
+  for (const TriangleMesh& part : *parts) {
+    shapes.push_back(shapeAt({0, 0, 0}, ConvexShape{part.vertices, part.triangles}));
+  }
+  const auto samples = sampleSurface(shapes, {});
+  EXPECT_GT(samples.size(), 1000u);
+  std::size_t elsewhere = 0;
+  for (const SurfaceSample& s : samples) {
+    const double r = std::hypot(s.p_O.x(), s.p_O.y()), z = s.p_O.z();
+    const Vector3d out(s.p_O.x() / r, s.p_O.y() / r, 0);
+    const bool side = r > 0.0359 && s.n_O.dot(out) > 0.99;
+    const bool below = z < 1e-6 && s.n_O.z() < -0.99;
+    const bool rim = z > 0.0949 && s.n_O.z() > 0.99;
+    const bool bottom = z > 0.003 && z < 0.006 && s.n_O.z() > 0.9;  // seen through the mouth
+    if (!side && !below && !rim && !bottom) ++elsewhere;
+  }
+  // Where two parts meet, the last half millimetre of the faces between them counts as seen.
+  EXPECT_LE(elsewhere, samples.size() / 50);
 }
 
 }  // namespace

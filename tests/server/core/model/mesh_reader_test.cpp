@@ -3,6 +3,7 @@
 
 #include "core/model/geometry_shapes.hpp"
 #include "core/model/robot_loader.hpp"
+#include "support/meshes.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
@@ -148,11 +149,12 @@ TEST_F(ReadConvexMesh, KeepsObjObjectsApart) {
   EXPECT_EQ(boundsOf(shapes[1]).low, Eigen::Vector3d(2, 0, 0));
 }
 
-TEST_F(ReadConvexMesh, RefusesObjObjectsOfOneName) {
+TEST_F(ReadConvexMesh, DividesObjObjectsOfOneName) {
   // assimp makes one mesh of them; two bodies apart are not convex.
-  EXPECT_THAT(faultOf("two.obj",
-                      objBox("a", {0, 0, 0}, {1, 1, 1}, 1) + objBox("a", {2, 0, 0}, {3, 2, 1}, 9)),
-              HasSubstr("part 'a' is not convex"));
+  const auto shapes = read("two.obj", objBox("a", {0, 0, 0}, {0.1, 0.1, 0.1}, 1) +
+                                          objBox("a", {0.2, 0, 0}, {0.3, 0.2, 0.1}, 9));
+  ASSERT_EQ(shapes.size(), 2u);
+  EXPECT_NEAR(volumeOf(shapes[0]) + volumeOf(shapes[1]), 0.003, 1e-9);
 }
 
 TEST_F(ReadConvexMesh, ReadsAsciiAndBinaryStl) {
@@ -193,26 +195,48 @@ TEST_F(ReadConvexMesh, HonoursColladaUnitsAndNodeTransforms) {
   }
 }
 
-TEST_F(ReadConvexMesh, RefusesWhatIsNotConvex) {
+TEST_F(ReadConvexMesh, DividesOnlyWhatIsNotConvex) {
   // A square-based pyramid with its apex pushed into the body of a box below: one dent.
   std::string text = "o dent\n";
   text += "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nv 0.5 0.5 0.9\n";
   text +=
       "f 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nf 5 6 9\nf 6 7 9\nf 7 8 9\nf 8 5 9\n";
-  EXPECT_THAT(faultOf("dent.obj", text), HasSubstr("part 'dent' is not convex"));
+  text += objBox("box", {2, 0, 0}, {3, 1, 1}, 10);
+  std::vector<TriangleMesh> divided;
+  const MeshDivider divide = [&divided](const TriangleMesh& mesh) {
+    divided.push_back(mesh);
+    return std::vector{test::boxMesh({0, 0, 0}, {1, 1, 1}), test::boxMesh({0, 0, 0}, {1, 1, 0.5})};
+  };
+  const auto shapes = readConvexMesh(folder_.write("dent.obj", text), {2, 2, 2}, divide);
+  ASSERT_EQ(divided.size(), 1u);
+  EXPECT_EQ(divided[0].vertices.size(), 9u);
+  EXPECT_EQ(divided[0].triangles.size(), 14u);
+  EXPECT_EQ(divided[0].vertices.at(0), Eigen::Vector3d(0, 2, 0));  // scaled before
+  ASSERT_EQ(shapes.size(), 3u);
+  EXPECT_EQ(boundsOf(shapes[2]).low, Eigen::Vector3d(4, 0, 0));
 }
 
-TEST_F(ReadConvexMesh, RefusesEveryBadPartByName) {
-  const std::string fault = faultOf(
-      "open.obj",
-      "o one\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no two\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf 4 5 6\n");
-  EXPECT_THAT(fault, HasSubstr("part 'one' is not a closed surface"));
-  EXPECT_THAT(fault, HasSubstr("part 'two' is not a closed surface"));
+TEST_F(ReadConvexMesh, NamesEveryPartThatCannotBeDivided) {
+  const std::string text =
+      "o one\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+      "o two\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf 4 5 6\n";
+  const auto divide = [](const TriangleMesh&) -> Result<std::vector<TriangleMesh>> {
+    return Error{ErrorCode::kInvalidInput, "is too large"};
+  };
+  try {
+    readConvexMesh(folder_.write("open.obj", text), {1, 1, 1}, divide);
+    FAIL() << "was read";
+  } catch (const FileError& error) {
+    ASSERT_EQ(error.faults().size(), 2u);
+    EXPECT_THAT(error.faults()[0].text(), HasSubstr("open.obj: part 'one' is too large"));
+    EXPECT_THAT(error.faults()[1].text(), HasSubstr("open.obj: part 'two' is too large"));
+  }
 }
 
-TEST_F(ReadConvexMesh, RefusesFlatBodies) {
-  EXPECT_THAT(faultOf("flat.obj", "o f\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n"),
-              HasSubstr("has no volume"));
+TEST_F(ReadConvexMesh, GivesFlatBodiesAThickness) {
+  const auto shapes = read("flat.obj", "o f\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n");
+  ASSERT_EQ(shapes.size(), 1u);
+  EXPECT_NEAR(volumeOf(shapes[0]), 0.5 * 0.0002, 1e-9);
 }
 
 TEST_F(ReadConvexMesh, ForgivesATenthOfAMillimetre) {

@@ -2,6 +2,7 @@
 // What is written into a URDF is what comes out.
 #include "core/model/urdf_reader.hpp"
 
+#include "support/meshes.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
@@ -97,6 +98,22 @@ TEST(UrdfReader, ReadsWhatIsWritten) {
       expectSame(model, joint,
                  joints.at(static_cast<std::size_t>(std::stoi(joint.name.substr(1)))));
     }
+  }
+}
+
+TEST(UrdfReader, DividesACollisionMeshThatIsNotConvex) {
+  const test::TemporaryFolder folder;
+  folder.write("angle.stl", test::stlText(test::angleMesh()));
+  const auto file =
+      folder.write("r.urdf",
+                   "<robot name='r'><link name='l'><collision><origin xyz='0 0 1'/><geometry>"
+                   "<mesh filename='angle.stl'/></geometry></collision></link></robot>");
+  std::vector<FileFault> faults;
+  const UrdfModel model = readUrdf(file, "r.urdf", faults);
+  ASSERT_TRUE(faults.empty()) << faults[0].text();
+  ASSERT_EQ(model.links.at(0).collision.size(), 2u);
+  for (const Shape& shape : model.links[0].collision) {
+    EXPECT_EQ(shape.X_BS.translation(), Eigen::Vector3d(0, 0, 1));
   }
 }
 
