@@ -29,7 +29,8 @@ struct Grasp {
   Eigen::VectorXd open;
   Eigen::VectorXd closed;  ///< at contact
   std::vector<GraspContact> contacts;
-  /// Force closure with soft fingers: radius of the largest wrench ball, at most 10 % below it.
+  /// Force closure: radius of the largest wrench ball (Ferrari-Canny) of soft fingers of unit
+  /// normal force, or at most 10 % less (wrench_quality.hpp).
   double quality = 0;
 };
 
@@ -40,12 +41,12 @@ struct GraspSet {
 
 struct GraspParams {
   int wanted = 368;         ///< Table I's number
-  double surplus = 1.2;     ///< made at least surplus * wanted, then thinned
+  double surplus = 1.5;     ///< made at least surplus * wanted, then thinned
   double palm_gap = 0.008;  ///< palm above the sample [m]
   int rolls = 4;
   double min_spacing = 0.005;             ///< no two grasps within both of these
   double min_angle = 0.1745329251994330;  ///< [rad]
-  double friction = 0.6;
+  double friction = 0.6;                  ///< Coulomb's, of the contacts
   std::uint64_t seed = 1;
 };
 
@@ -54,13 +55,15 @@ std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, i
                            const GraspParams& params);
 
 /// Makes the grasps of an object with the hand of a robot's arm, params.wanted of them or all there
-/// are. Samples come in farthest-point order until surplus * wanted grasps hold; the palm is
-/// palm_gap above the sample, or as near as the open hand can come (its knuckles may stand before
-/// the palm), at most 6 cm. Every grasp: hand and wrist 4 mm off the object when open and 0.10 m
-/// straight back; fingers closed to 0.4-0.6 mm off it; two of their links within 1 mm with normals
-/// more than 130 deg apart; palm and wrist 3 mm off; no part of the hand within 2 mm of another.
-/// The same bytes for the same input. kNotFound when there are none; kInvalidInput for an arm
-/// without hand, an object without shapes or parameters out of range; kCancelled, kDeadline.
+/// are. Samples come in farthest-point order until surplus * wanted grasps hold; half of what is
+/// too many goes as the weakest (with fewer than three fingers on the object, then by quality), the
+/// rest where grasps are dense (thin). The palm is palm_gap above the sample, or as near as the
+/// open hand can come (its knuckles may stand before the palm), at most 6 cm. Every grasp: hand and
+/// wrist 4 mm off the object when open and 0.10 m straight back; fingers closed to 0.4-0.6 mm off
+/// it; two of their links within 1 mm with normals more than 130 deg apart; palm and wrist 3 mm
+/// off; no part of the hand within 2 mm of another. The same bytes for the same input. kNotFound
+/// when there are none; kInvalidInput for an arm without hand, an object without shapes or
+/// parameters out of range; kCancelled, kDeadline.
 Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& model, int arm,
                                 const GraspParams& params,
                                 const std::function<void(double)>& progress,

@@ -19,7 +19,7 @@ using nlohmann::json;
 
 constexpr const char* kFormat = "handover-grasp-set/2";
 /// Raised whenever the same inputs would give another set.
-constexpr std::uint64_t kGeneratorVersion = 1;
+constexpr std::uint64_t kGeneratorVersion = 2;
 constexpr std::size_t kMaxGrasps = 10000;
 constexpr std::uint64_t kMaxMib = 64;
 constexpr std::size_t kMaxPerGrasp = 256;  // joints, contacts

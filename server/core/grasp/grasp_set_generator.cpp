@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 namespace handover {
@@ -89,6 +90,17 @@ class Generator {
   Generator(const SceneObject& object, HandModel hand, const GraspParams& params,
             const Extent& extent)
       : closer_(object, std::move(hand), GraspRules{}), params_(params), extent_(extent) {}
+
+  /// Three fingers hold more surely than two, whatever the balls say: a slip of one is not the end.
+  int fullHand() const { return std::min(3, static_cast<int>(closer_.hand().hand.fingers.size())); }
+
+  int fingersOn(const Grasp& grasp) const {
+    std::set<int> fingers;
+    for (const GraspContact& contact : grasp.contacts)
+      fingers.insert(closer_.fingerOf(contact.link));
+    fingers.erase(-1);
+    return static_cast<int>(fingers.size());
+  }
 
   /// The grasp above a sample at one roll, as near as the hand can hold, or nullopt.
   std::optional<Grasp> graspAbove(const SurfaceSample& sample, double roll) {
@@ -207,7 +219,13 @@ Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& mod
     return {ErrorCode::kNotFound,
             "hand " + set.hand + " of " + model.name + " cannot hold object " + object.name};
   }
-  set.grasps = thin(set.grasps, params.wanted);
+  const auto wanted = static_cast<std::size_t>(params.wanted);
+  if (set.grasps.size() > wanted) {
+    set.grasps = withoutWeakest(
+        set.grasps, (set.grasps.size() + wanted) / 2,
+        [&](const Grasp& grasp) { return generator.fingersOn(grasp) >= generator.fullHand(); });
+    set.grasps = thin(set.grasps, params.wanted);
+  }
   std::stable_sort(set.grasps.begin(), set.grasps.end(),
                    [](const Grasp& x, const Grasp& y) { return x.quality > y.quality; });
   return set;

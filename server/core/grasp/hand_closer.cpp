@@ -173,6 +173,11 @@ HandCloser::HandCloser(const SceneObject& object, HandModel hand, const GraspRul
   object_ = scene.objectBody(0);
   is_finger_.assign(model.links.size(), false);
   for (const int link : hand_.hand.finger_links) is_finger_[at(link)] = true;
+  finger_.assign(model.links.size(), -1);
+  for (int finger = static_cast<int>(hand_.hand.fingers.size()) - 1; finger >= 0; --finger) {
+    for (const int link : model.linksMovedBy(hand_.hand.fingers[at(finger)]))
+      finger_[at(link)] = finger;
+  }
   for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
     link_body_.push_back(scene.linkBody(0, link));
     if (link_body_.back() >= 0) bodies_.push_back(link_body_.back());
@@ -229,6 +234,11 @@ HandCloser::HandCloser(const SceneObject& object, HandModel hand, const GraspRul
   }
 }
 
+int HandCloser::fingerOf(const std::string& link) const {
+  const int index = hand_.model->findLink(link);
+  return index < 0 ? -1 : finger_[at(index)];
+}
+
 void HandCloser::set(const Pose& X_OT, const VectorXd& q) {
   const RobotModel& model = *hand_.model;
   RobotVector posture = restingPosture(model);
@@ -238,9 +248,17 @@ void HandCloser::set(const Pose& X_OT, const VectorXd& q) {
   world_.setRobot(0, X_WL_);
 }
 
-double HandCloser::toObject(BodyId body, double max) {
-  const auto found = world_.distance(body, object_, max);
-  return found ? found->distance : max;
+double HandCloser::handToObject(double max, double enough) {
+  double least = max;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const auto found = world_.distance(bodies_[i], object_, least);
+    if (!found) continue;
+    least = found->distance;
+    // The next pose is much like this one: what is nearest now spares most of the others then.
+    std::swap(bodies_[0], bodies_[i]);
+    if (least < enough) break;
+  }
+  return least;
 }
 
 std::optional<double> HandCloser::advance(const Pose& X_OT, const VectorXd& q, double far,
@@ -249,11 +267,8 @@ std::optional<double> HandCloser::advance(const Pose& X_OT, const VectorXd& q, d
   for (int step = 0; step < kMaxSteps; ++step) {
     const Eigen::Vector3d offset_T = -back * hand_.approach_T;
     set(X_OT * Eigen::Translation3d(offset_T), q);
-    double slack = kLookAhead;
-    for (const BodyId body : bodies_) {
-      slack = std::min(slack, toObject(body, slack + rules_.clearance) - rules_.clearance);
-      if (slack < 0) break;
-    }
+    const double slack =
+        handToObject(kLookAhead + rules_.clearance, rules_.clearance) - rules_.clearance;
     if (slack < 0) return step == 0 ? std::nullopt : std::optional<double>(back + 1e-3);
     if (slack < 5e-4 || back <= near) return back;
     back = std::max(near, back - slack);
@@ -262,19 +277,22 @@ std::optional<double> HandCloser::advance(const Pose& X_OT, const VectorXd& q, d
 }
 
 double HandCloser::freeTravel(int dof) {
-  double travel = 1e9;
-  for (const Mover& mover : movers_[at(dof)]) {
-    const double gap = toObject(mover.body, kLookAhead) - rules_.contact_gap;
-    if (gap <= rules_.gap_tolerance) return 0;
-    travel = std::min(travel, gap / std::max(mover.reach, 1e-6));
-  }
   double fastest = 1e-6;
   for (const Mover& mover : movers_[at(dof)]) fastest = std::max(fastest, mover.reach);
+  // Nobody is asked for more than would still shorten the travel.
+  double travel = kLookAhead / fastest;
+  const auto shortened = [&](BodyId a, BodyId b, double speed, double needed) {
+    const auto found = world_.distance(a, b, travel * speed + needed);
+    if (!found) return true;
+    const double gap = found->distance - needed;
+    travel = std::min(travel, gap / speed);
+    return gap > rules_.gap_tolerance;
+  };
+  for (const Mover& mover : movers_[at(dof)]) {
+    if (!shortened(mover.body, object_, std::max(mover.reach, 1e-6), rules_.contact_gap)) return 0;
+  }
   for (const SelfPair& pair : guarded_[at(dof)]) {
-    const auto found = world_.distance(pair.a, pair.b, kLookAhead);
-    const double gap = (found ? found->distance : kLookAhead) - pair.needed;
-    if (gap <= rules_.gap_tolerance) return 0;
-    travel = std::min(travel, gap / fastest);
+    if (!shortened(pair.a, pair.b, fastest, pair.needed)) return 0;
   }
   return travel;
 }
@@ -342,14 +360,12 @@ bool HandCloser::lineIsFree(const Pose& X_OT, const VectorXd& from, const Vector
   }
   for (double s = 0; s < 1;) {
     set(X_OT, from + s * way);
-    double slack = kLookAhead;
-    for (const BodyId body : bodies_)
-      slack = std::min(slack, toObject(body, slack + kLineSkin) - kLineSkin);
+    const double slack = handToObject(kLookAhead, kLineSkin) - kLineSkin;
+    if (slack < 0) return false;
     for (const SelfPair& pair : self_pairs_) {
       const auto near = world_.distance(pair.a, pair.b, pair.needed);
       if (near && near->distance < pair.needed - 3e-4) return false;
     }
-    if (slack < 0) return false;
     s += std::clamp(slack / speed, 0.01, 0.1);
   }
   return true;
@@ -359,6 +375,8 @@ std::optional<VectorXd> HandCloser::leastOpening(const Pose& X_OT, const VectorX
                                                  const VectorXd& open) {
   for (const double part : kOpenings) {
     const VectorXd opening = closed + part * (open - closed);
+    set(X_OT, opening);
+    if (handToObject(rules_.clearance, rules_.clearance) < rules_.clearance) continue;
     const auto back = advance(X_OT, opening, rules_.retreat, 0.0);
     if (!back || *back > 0) continue;
     if (!lineIsFree(X_OT, closed, opening))

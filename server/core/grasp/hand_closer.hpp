@@ -44,6 +44,9 @@ class HandCloser {
 
   const HandModel& hand() const { return hand_; }
 
+  /// The finger that a link belongs to, an index in Hand::fingers; -1: none.
+  int fingerOf(const std::string& link) const;
+
   /// How far the hand can come along its approach from `far` [m] back to `near`, nothing of it
   /// nearer to the object than the clearance: the least offset back from X_OT reached. nullopt: not
   /// free at `far`.
@@ -78,7 +81,9 @@ class HandCloser {
   };
 
   void set(const Pose& X_OT, const Eigen::VectorXd& q);
-  double toObject(BodyId body, double max);
+  /// Of the part of the hand nearest to the object, at most `max`; any part's below `enough` will
+  /// do.
+  double handToObject(double max, double enough);
   void closeJoint(const Pose& X_OT, int dof, Eigen::VectorXd& q);
   /// How much a joint may still move before anything it moves could touch. 0: it is there.
   double freeTravel(int dof);
@@ -91,6 +96,7 @@ class HandCloser {
   std::vector<BodyId> link_body_;               // by link
   std::vector<BodyId> bodies_;                  // of the hand
   std::vector<bool> is_finger_;                 // by link
+  std::vector<int> finger_;                     // by link: the first of Hand::fingers that moves it
   std::vector<std::vector<Mover>> movers_;      // by hand dof
   std::vector<std::vector<SelfPair>> guarded_;  // by hand dof: pairs whose distance it changes
   std::vector<SelfPair> self_pairs_;
