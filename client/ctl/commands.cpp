@@ -4,6 +4,8 @@
 #include "json_writer.hpp"
 #include "report.hpp"
 #include "signals.hpp"
+#include "verify/state_obj.hpp"
+#include "verify/unreadable.hpp"
 
 #include <handover/client/client.hpp>
 #include <handover/client/plan_file.hpp>
@@ -13,6 +15,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <memory>
 #include <mutex>
 #include <optional>
 
@@ -226,12 +229,17 @@ int runCells(const CommonOptions& common) {
 }
 
 int runPlan(const CommonOptions& common, const PlanOptions& options) {
+  // Opened before the daemon is asked: a plan that cannot be kept need not be made.
   std::optional<OutputFile> output;
-  if (!options.output.empty()) {
-    output.emplace(options.output);
-    if (!output->writable()) {
-      return fail(common, kExitConfiguration, "cannot write " + options.output);
-    }
+  if (!options.output.empty()) output.emplace(options.output);
+  std::vector<std::unique_ptr<OutputFile>> dumps;
+  for (const StateDump& dump : options.dumps)
+    dumps.push_back(std::make_unique<OutputFile>(dump.file));
+  if (output && !output->writable())
+    return fail(common, kExitConfiguration, "cannot write " + options.output);
+  for (std::size_t i = 0; i < dumps.size(); ++i) {
+    if (!dumps[i]->writable())
+      return fail(common, kExitConfiguration, "cannot write " + options.dumps[i].file);
   }
   return withClient(common, [&](Client& client) -> int {
     std::mutex mutex;  // guards handle, stopped
@@ -266,6 +274,16 @@ int runPlan(const CommonOptions& common, const PlanOptions& options) {
       return fail(common, kExitInternal, "the daemon sent no whole plan");
     if (output && !output->commit(report->plan().text())) {
       return fail(common, kExitConfiguration, "cannot write " + options.output);
+    }
+    for (std::size_t i = 0; i < dumps.size(); ++i) {
+      const StateDump& dump = options.dumps[i];
+      try {
+        if (!dumps[i]->commit(verify::stateObj(report->plan().text(), options.root, dump.kind))) {
+          return fail(common, kExitConfiguration, "cannot write " + dump.file);
+        }
+      } catch (const verify::Unreadable& fault) {
+        return fail(common, kExitUsage, "state at " + dump.kind + ": " + fault.what());
+      }
     }
     return kExitDone;
   });

@@ -5,8 +5,10 @@
 #include <handover/common/plan.hpp>
 
 #include <chrono>
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace handover::ctl {
 
@@ -29,9 +31,17 @@ struct CommonOptions {
   bool json = false;  ///< JSON lines on standard output, everything else on standard error
 };
 
+/// What the cell looks like at one moment of the plan, as a Wavefront file.
+struct StateDump {
+  std::string kind;  ///< `start`, or a stage: at its end
+  std::string file;
+};
+
 struct PlanOptions {
   PlanRequest request;
   std::string output;  ///< plan file, or empty
+  std::vector<StateDump> dumps;
+  std::filesystem::path root;  ///< of the paths in a plan; needed for dumps only
 };
 
 int runStatus(const CommonOptions& common);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // handoverctl: asks a handover daemon, prints what it answers.
 #include "commands.hpp"
+#include "verify/root.hpp"
+#include "verify/state_obj.hpp"
 
 #include <handover/client/client.hpp>
 #include <handover/common/domain.hpp>
@@ -57,7 +59,8 @@ Override overrideOf(const std::string& text) {
 struct PlanFlags {
   PlanOptions options;
   std::vector<std::string> set;
-  std::string mode = "best", search = "wide", html;
+  std::vector<std::pair<std::string, std::string>> dumps;  ///< kind, file
+  std::string mode = "best", search = "wide", html, root;
   double deadline_s = 0;
   CLI::Option* deadline = nullptr;
 };
@@ -87,11 +90,31 @@ void addPlan(CLI::App& app, PlanFlags& flags) {
       ->capture_default_str();
   app.add_option("--output", flags.options.output, "Write the plan file here")
       ->check(checkNotEmpty);
+  app.add_option("--dump-state", flags.dumps,
+                 "Write the cell as it is at the end of stage KIND (or at `start`), all collision "
+                 "shapes in the world, as a Wavefront OBJ; may repeat")
+      ->type_name("KIND FILE")
+      ->allow_extra_args(false);
+  app.add_option("--root", flags.root,
+                 "Folder that the plan's paths are relative to, for --dump-state (default: the "
+                 "installed share, else the repository)");
   app.add_option("--html", flags.html, "Write a page that shows the plan");
 }
 
 PlanOptions finish(const PlanFlags& flags) {
   PlanOptions options = flags.options;
+  for (const auto& [kind, file] : flags.dumps) {
+    if (!verify::namesState(kind)) {
+      throw CLI::ValidationError("--dump-state", "'" + kind + "' is no stage, nor `start`");
+    }
+    if (file.empty()) throw CLI::ValidationError("--dump-state", "FILE is empty");
+    options.dumps.push_back({kind, file});
+  }
+  options.root = flags.root.empty() ? verify::defaultRoot() : std::filesystem::path(flags.root);
+  if (!options.dumps.empty() && options.root.empty()) {
+    throw CLI::ValidationError("--root",
+                               "is needed: neither an installed share nor the repository is here");
+  }
   PlanRequest& request = options.request;
   for (const auto& text : flags.set) request.overrides.push_back(overrideOf(text));
   if (flags.deadline->count() > 0) request.deadline_s = flags.deadline_s;
@@ -128,6 +151,7 @@ int run(int argc, char** argv) {
   auto* cells = app.add_subcommand("cells", "Show the cells that daemons serve");
   auto* plan = app.add_subcommand("plan", "Plan a handover");
   PlanFlags flags;
+  PlanOptions options;
   addPlan(*plan, flags);
   std::string id;
   auto* watch = app.add_subcommand("watch", "Show requests as they are answered");
@@ -150,6 +174,7 @@ int run(int argc, char** argv) {
         throw CLI::ValidationError("HANDOVER_DOMAIN", checkDomain(domain));
       }
     }
+    if (plan->parsed()) options = finish(flags);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitDone : kExitUsage;
   }
@@ -163,7 +188,7 @@ int run(int argc, char** argv) {
   if (cancel->parsed()) return runCancel(common, *request);
   if (plan->parsed()) {
     if (!flags.html.empty()) return notBuiltYet("--html");
-    return runPlan(common, finish(flags));
+    return runPlan(common, options);
   }
   return notBuiltYet(app.get_subcommands().front()->get_name());
 }

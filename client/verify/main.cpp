@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // handover-verify: an independent check of a plan file.
+#include "verify/root.hpp"
 #include "verify/unreadable.hpp"
 #include "verify/verifier.hpp"
 
@@ -17,23 +18,6 @@ namespace fs = std::filesystem;
 constexpr int kValid = 0;
 constexpr int kInvalid = 1;
 constexpr int kUnreadable = 2;
-
-/// The installed share beside the program, else the repository that it was built in.
-fs::path defaultRoot() {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (error) return {};
-  fs::path share = program.parent_path().parent_path() / "share" / "handover";
-  if (fs::is_directory(share / "robots", error)) return share;
-  for (fs::path folder = program.parent_path(); folder != folder.root_path();
-       folder = folder.parent_path()) {
-    if (fs::is_directory(folder / "robots", error) &&
-        fs::is_directory(folder / "config" / "cells", error)) {
-      return folder;
-    }
-  }
-  return {};
-}
 
 int unreadable(const std::string& what, bool json) {
   if (json) std::cout << handover::verify::unreadableJson(what) << "\n";
@@ -58,7 +42,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? kValid : kUnreadable;
   }
   try {
-    const fs::path folder = root.empty() ? defaultRoot() : fs::path(root);
+    const fs::path folder = root.empty() ? handover::verify::defaultRoot() : fs::path(root);
     if (folder.empty()) {
       return unreadable("neither an installed share nor the repository found: give --root", json);
     }

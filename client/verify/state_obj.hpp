@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// One moment of a plan as triangles, to look at what a plan really does.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace handover::verify {
+
+/// "start" or the kind of a stage.
+bool namesState(std::string_view kind);
+
+/// The whole cell at the end of that stage (`start`: before the first one) as a Wavefront file:
+/// the collision shapes of every link (`o robot/link`) and object (`o name`), in the world, metres,
+/// z up.
+/// @pre namesState(kind).
+/// @throws Unreadable when the plan or a file that it names cannot be understood, or when its
+/// stages have no meaning together.
+std::string stateObj(std::string_view plan_text, const std::filesystem::path& root,
+                     std::string_view kind);
+
+}  // namespace handover::verify
