@@ -33,7 +33,7 @@ struct CommonOptions {
 
 /// What the cell looks like at one moment of the plan, as a Wavefront file.
 struct StateDump {
-  std::string kind;  ///< `start`, or a stage: at its end
+  std::string kind;  ///< a stage: at its end; or start, end
   std::string file;
 };
 

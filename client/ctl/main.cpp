@@ -90,9 +90,10 @@ void addPlan(CLI::App& app, PlanFlags& flags) {
       ->capture_default_str();
   app.add_option("--output", flags.options.output, "Write the plan file here")
       ->check(checkNotEmpty);
-  app.add_option("--dump-state", flags.dumps,
-                 "Write the cell as it is at the end of stage KIND (or at `start`), all collision "
-                 "shapes in the world, as a Wavefront OBJ; may repeat")
+  app.add_option(
+         "--dump-state", flags.dumps,
+         "Write the cell at the end of stage KIND (giver_grasp ...), or at start or end, as a "
+         "Wavefront OBJ: collision shapes in the world, a group each; may repeat")
       ->type_name("KIND FILE")
       ->allow_extra_args(false);
   app.add_option("--root", flags.root,
@@ -105,7 +106,7 @@ PlanOptions finish(const PlanFlags& flags) {
   PlanOptions options = flags.options;
   for (const auto& [kind, file] : flags.dumps) {
     if (!verify::namesState(kind)) {
-      throw CLI::ValidationError("--dump-state", "'" + kind + "' is no stage, nor `start`");
+      throw CLI::ValidationError("--dump-state", "'" + kind + "' is no stage, nor start or end");
     }
     if (file.empty()) throw CLI::ValidationError("--dump-state", "FILE is empty");
     options.dumps.push_back({kind, file});

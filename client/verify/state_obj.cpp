@@ -5,6 +5,7 @@
 #include "verify/motion.hpp"
 #include "verify/unreadable.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <vector>
 
@@ -12,6 +13,7 @@ namespace handover::verify {
 namespace {
 
 constexpr std::string_view kStart = "start";
+constexpr std::string_view kEnd = "end";
 
 /// Place of the stage; -1: none of that kind.
 int stageOf(std::string_view kind) {
@@ -19,6 +21,14 @@ int stageOf(std::string_view kind) {
     if (kind == stageName(stage)) return stage;
   }
   return -1;
+}
+
+double timeOf(std::string_view kind, const Motion& motion) {
+  if (kind == kStart) return 0.0;
+  if (kind == kEnd) {
+    return std::max(motion.stage(kGiverRetreat).end(), motion.stage(kReceiverRetreat).end());
+  }
+  return motion.stage(stageOf(kind)).end();
 }
 
 /// Appends bodies to the text; corners count through the whole file, from 1.
@@ -53,7 +63,9 @@ class ObjWriter {
 
 }  // namespace
 
-bool namesState(std::string_view kind) { return kind == kStart || stageOf(kind) >= 0; }
+bool namesState(std::string_view kind) {
+  return kind == kStart || kind == kEnd || stageOf(kind) >= 0;
+}
 
 std::string stateObj(std::string_view plan_text, const std::filesystem::path& root,
                      std::string_view kind) {
@@ -63,7 +75,7 @@ std::string stateObj(std::string_view plan_text, const std::filesystem::path& ro
     throw Unreadable("/plan/stages", faults.violations.back().what);
   }
   const Motion motion(scene);
-  const double time = kind == kStart ? 0.0 : motion.stage(stageOf(kind)).end();
+  const double time = timeOf(kind, motion);
   std::vector<std::vector<Pose>> X_WL;
   for (std::size_t robot = 0; robot < scene.robots.size(); ++robot) {
     X_WL.push_back(motion.linksAt(static_cast<int>(robot), time));

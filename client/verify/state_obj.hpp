@@ -8,11 +8,10 @@
 
 namespace handover::verify {
 
-/// "start" or the kind of a stage.
+/// The kind of a stage, or "start" or "end": those of the plan.
 bool namesState(std::string_view kind);
 
-/// The whole cell at the end of that stage (`start`: before the first one) as a Wavefront file:
-/// the collision shapes of every link (`o robot/link`) and object (`o name`), in the world, metres,
+/// The whole cell at the end of that stage, or of the plan, as a Wavefront file: the collision shapes of every link (`o robot/link`) and object (`o name`), in the world, metres,
 /// z up.
 /// @pre namesState(kind).
 /// @throws Unreadable when the plan or a file that it names cannot be understood, or when its

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Draws one moment of a plan file, to look at what a plan really does: the collision shapes of the whole cell,
+"""Draws one moment of a plan file, or a dumped state, to look at what a plan really does: the collision shapes of the whole cell,
 flat-shaded, each robot in its colour, the object green.
 
     render_plan.py plan.json --stage giver_grasp --camera 1.6 -2.2 1.9  0.2 -0.4 0.9 --zoom 1.5 --output a.png
+    render_plan.py state.obj --object cup --output b.png         what `handoverctl plan --dump-state` has written
 
 The moment is the end of a stage (`start` and `end` mean the plan's) or a time. The camera is two points, from and
 at, in the world; --hide takes away what stands in the view. Writes PNG, in less than a second. Needs nothing but
@@ -249,6 +250,27 @@ def triangles_at(plan, root, t, hidden):
     return [(tuple(move(X, p) for p in corners), colour) for X, shapes, colour in bodies for corners in shapes]
 
 
+def triangles_of(state, thing, hidden):
+    """The same from a dumped state: its groups are named robot/link or by object."""
+    points, triangles, robots, furniture = [], [], [], []
+    for line in state.read_text().splitlines():
+        words = line.split()
+        if words[:1] == ["o"]:
+            robot, link, _ = words[1].partition("/")
+            known = robots if link else furniture
+            if robot not in known:
+                known.append(robot)
+            palette = ROBOT_COLOURS if link else FURNITURE
+            colour = palette[known.index(robot) % len(palette)]
+            colour = {thing: OBJECT_COLOUR, "floor": FLOOR_COLOUR}.get(words[1], colour)
+            seen = not hidden & {robot, words[1]}
+        elif words[:1] == ["v"]:
+            points.append(tuple(float(word) for word in words[1:4]))
+        elif words[:1] == ["f"] and seen:
+            triangles.append((tuple(points[int(word) - 1] for word in words[1:]), colour))
+    return triangles
+
+
 # --- picture ------------------------------------------------------------------------------------------
 
 
@@ -356,11 +378,16 @@ def main():
     parser.add_argument("--zoom", type=float, default=1.0)
     parser.add_argument("--size", type=int, nargs=2, default=(960, 720))
     parser.add_argument("--hide", action="append", default=[], help="a robot, a robot/link, an object")
+    parser.add_argument("--object", help="what is handed over, in a dumped state")
     parser.add_argument("--root", type=pathlib.Path, default=ROOT)
     parser.add_argument("--output", type=pathlib.Path, default=pathlib.Path("plan.png"))
     arguments = parser.parse_args()
-    plan = json.loads(arguments.plan.read_text())["plan"]
-    triangles = triangles_at(plan, arguments.root, moment(plan, arguments), set(arguments.hide))
+    hidden = set(arguments.hide)
+    if arguments.plan.suffix == ".obj":
+        triangles = triangles_of(arguments.plan, arguments.object, hidden)
+    else:
+        plan = json.loads(arguments.plan.read_text())["plan"]
+        triangles = triangles_at(plan, arguments.root, moment(plan, arguments), hidden)
     camera = arguments.camera
     picture = render(triangles, camera[:3], camera[3:], arguments.zoom, *arguments.size)
     arguments.output.write_bytes(png(picture, *arguments.size))

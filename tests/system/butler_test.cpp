@@ -6,10 +6,31 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <sstream>
+#include <utility>
+
 namespace handover::test {
 namespace {
 
 using testing::HasSubstr;
+
+/// Lowest and highest corner of a group of a Wavefront text.
+std::pair<double, double> heights(const std::string& obj, const std::string& group) {
+  std::pair<double, double> range{1e9, -1e9};
+  std::istringstream lines(obj);
+  std::string kind, name;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    double x = 0, y = 0, z = 0;
+    words >> kind;
+    if (kind == "o") words >> name;
+    if (kind != "v" || name != group) continue;
+    words >> x >> y >> z;
+    range = {std::min(range.first, z), std::max(range.second, z)};
+  }
+  return range;
+}
 
 class Butler : public ServedCells {
  protected:
@@ -29,7 +50,7 @@ class Butler : public ServedCells {
 
 TEST_F(Butler, PlanIsCompleteAndVerified) {
   serve(1);
-  const Finished planned = plan("p.json");
+  const Finished planned = plan("p.json", "--dump-state receiver_place " + file("placed.obj"));
   ASSERT_EQ(planned.status, 0) << planned.out << planned.err;
   const auto document = nlohmann::json::parse(textOf(file("p.json")));
   EXPECT_EQ(document["format"], "handover-plan/1");
@@ -38,6 +59,10 @@ TEST_F(Butler, PlanIsCompleteAndVerified) {
   EXPECT_EQ(document["plan"]["receiver_arm"], "left");
   const Finished verified = verify("p.json");
   EXPECT_EQ(verified.status, 0) << verified.out;
+  // Placed: the cup stands on the tray, neither in it nor above it.
+  const std::string placed = textOf(file("placed.obj"));
+  EXPECT_NEAR(heights(placed, "cup").first, heights(placed, "tray").second, 2e-3);
+  EXPECT_NEAR(heights(placed, "cup").second - heights(placed, "cup").first, 0.151, 1e-3);
   stop();
 }
 

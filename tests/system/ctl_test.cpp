@@ -91,7 +91,10 @@ INSTANTIATE_TEST_SUITE_P(
         Usage{"status --wait nan", 2}, Usage{"status --wait -1", 2}, Usage{"cancel", 2},
         Usage{"cancel 123", 2}, Usage{"watch nothex", 2}, Usage{"scene show", 3},
         Usage{"experiment butler --runs 3", 3}, Usage{"view plan.json -o plan.html", 3},
-        Usage{"plan --cell c --html plan.html", 3}));
+        Usage{"plan --cell c --html plan.html", 3},
+        Usage{"plan --cell c --dump-state giver_grasp", 2},
+        Usage{"plan --cell c --dump-state giver_nap cup.obj", 2},
+        Usage{"plan --cell c --dump-state start cup.obj extra", 2}));
 
 TEST(CtlEnvironment, RefusesADomainThatIsNone) {
   for (const char* text : {"x", "12x", "233", "-1", " 1"}) {
@@ -124,9 +127,11 @@ TEST_F(Ctl, ChecksTheOutputBeforeAsking) {
   const TemporaryFolder folder;
   // Below a plain file: not even root can write there.
   const std::string output = folder.write("file", "").string() + "/plan.json";
-  const auto result = ctl("plan --cell c --wait 60 --output " + output);
-  EXPECT_EQ(result.status, 3);
-  EXPECT_THAT(result.err, HasSubstr(output));
+  for (const char* option : {"--output ", "--dump-state giver_grasp "}) {
+    const auto result = ctl("plan --cell c --wait 60 " + (option + output));
+    EXPECT_EQ(result.status, 3);
+    EXPECT_THAT(result.err, HasSubstr(output));
+  }
 }
 
 // ---- with a daemon ----

@@ -55,10 +55,11 @@ std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, i
                            const GraspParams& params);
 
 /// Makes the grasps of an object with the hand of a robot's arm, params.wanted of them or all there
-/// are. Samples come in farthest-point order until surplus * wanted grasps hold; half of what is
-/// too many goes as the weakest (with fewer than three fingers on the object, then by quality), the
-/// rest where grasps are dense (thin). The palm is palm_gap above the sample, or as near as the
-/// open hand can come (its knuckles may stand before the palm), at most 6 cm. Every grasp: hand and
+/// are. Samples come in farthest-point order until surplus * wanted grasps hold with three fingers
+/// (or all, of a hand with fewer). Those not far weaker than the best are thinned; only where they
+/// are too few do weak ones, then those of fewer fingers, make up the number. The palm is palm_gap
+/// above the sample, or as near as the open hand can come (its knuckles may stand before the palm),
+/// at most 6 cm. Every grasp: hand and
 /// wrist 4 mm off the object when open and 0.10 m straight back; fingers closed to 0.4-0.6 mm off
 /// it; two of their links within 1 mm with normals more than 130 deg apart; palm and wrist 3 mm
 /// off; no part of the hand within 2 mm of another. The same bytes for the same input. kNotFound
