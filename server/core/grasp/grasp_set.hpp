@@ -41,7 +41,7 @@ struct GraspSet {
 
 struct GraspParams {
   int wanted = 368;         ///< Table I's number
-  double surplus = 1.5;     ///< made at least surplus * wanted, then thinned
+  double surplus = 1.2;     ///< made at least surplus * wanted, then thinned
   double palm_gap = 0.008;  ///< palm above the sample [m]
   int rolls = 4;
   double min_spacing = 0.005;             ///< no two grasps within both of these

@@ -18,7 +18,8 @@ using Eigen::VectorXd;
 
 constexpr double kMaxPalmGap =
     0.06;  // farther off, the hand does not hold it with its palm side [m]
-constexpr double kMinQuality = 1e-3;                   // weaker ones hold on paper only
+constexpr double kMinQuality = 1e-3;  // weaker ones hold on paper only
+constexpr double kWeakShare = 0.1;    // of the best quality; weaker ones only for want of others
 constexpr double kFirstOpenings[] = {1.0, 0.65, 0.4};  // of Hand::open, tried until one can close
 constexpr double kStandOffs[] = {0.0, 0.006, 0.014,
                                  0.024};  // from as near as the hand can come [m]
@@ -91,15 +92,14 @@ class Generator {
             const Extent& extent)
       : closer_(object, std::move(hand), GraspRules{}), params_(params), extent_(extent) {}
 
-  /// Three fingers hold more surely than two, whatever the balls say: a slip of one is not the end.
-  int fullHand() const { return std::min(3, static_cast<int>(closer_.hand().hand.fingers.size())); }
-
-  int fingersOn(const Grasp& grasp) const {
+  /// Whether as many fingers are on the object as the hand has, or three: they hold it though one
+  /// slips.
+  bool handIsFull(const Grasp& grasp) const {
     std::set<int> fingers;
     for (const GraspContact& contact : grasp.contacts)
       fingers.insert(closer_.fingerOf(contact.link));
     fingers.erase(-1);
-    return static_cast<int>(fingers.size());
+    return fingers.size() >= std::min<std::size_t>(3, closer_.hand().hand.fingers.size());
   }
 
   /// The grasp above a sample at one roll, as near as the hand can hold, or nullopt.
@@ -147,6 +147,27 @@ class Generator {
   GraspParams params_;
   Extent extent_;
 };
+
+bool better(const Grasp& a, const Grasp& b) { return a.quality > b.quality; }
+
+/// `wanted` of the full-handed grasps that are not weak, spread out; where those are too few, the
+/// best of the others too.
+std::vector<Grasp> chosen(std::vector<Grasp> full, std::vector<Grasp> others, int wanted) {
+  double best = 0;
+  for (const Grasp& grasp : full) best = std::max(best, grasp.quality);
+  const auto weak = std::stable_partition(full.begin(), full.end(), [&](const Grasp& grasp) {
+    return grasp.quality >= kWeakShare * best;
+  });
+  std::stable_sort(others.begin(), others.end(), better);
+  others.insert(others.begin(), weak, full.end());
+  std::stable_sort(others.begin(), others.begin() + (full.end() - weak), better);
+  full.erase(weak, full.end());
+  const auto missing =
+      static_cast<std::size_t>(wanted) - std::min<std::size_t>(full.size(), wanted);
+  full.insert(full.end(), others.begin(),
+              others.begin() + static_cast<std::ptrdiff_t>(std::min(missing, others.size())));
+  return thin(full, wanted);
+}
 
 std::optional<Error> stopped(const Deadline& deadline) {
   switch (deadline.state()) {
@@ -198,36 +219,33 @@ Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& mod
   set.hand = model.hands[static_cast<std::size_t>(a.hand)].name;
   Generator generator(object, cutHand(model, arm), params, extentOf(samples));
   const auto enough = static_cast<std::size_t>(std::ceil(params.surplus * params.wanted));
+  std::vector<Grasp> full,
+      scant;  // with as many fingers on the object as can be asked for, or less
+  const auto known = [&](const Grasp& grasp, const std::vector<Grasp>& grasps) {
+    return std::any_of(grasps.begin(), grasps.end(), [&](const Grasp& other) {
+      return tooClose(grasp, other, params.min_spacing, params.min_angle);
+    });
+  };
   // Samples come in farthest-point order: wherever we stop, they are even over the surface.
-  for (std::size_t s = 0; s < samples.size() && set.grasps.size() < enough; ++s) {
+  for (std::size_t s = 0; s < samples.size() && full.size() < enough; ++s) {
     for (int roll = 0; roll < params.rolls; ++roll) {
       if (auto error = stopped(deadline)) return *error;
       const auto grasp = generator.graspAbove(samples[s], 2.0 * M_PI * roll / params.rolls);
-      if (!grasp) continue;
-      const bool known = std::any_of(set.grasps.begin(), set.grasps.end(), [&](const Grasp& other) {
-        return tooClose(*grasp, other, params.min_spacing, params.min_angle);
-      });
-      if (!known) set.grasps.push_back(*grasp);
+      if (!grasp || known(*grasp, full) || known(*grasp, scant)) continue;
+      (generator.handIsFull(*grasp) ? full : scant).push_back(*grasp);
     }
     if (progress) {
-      progress(std::max(
-          static_cast<double>(s + 1) / static_cast<double>(samples.size()),
-          std::min(1.0, static_cast<double>(set.grasps.size()) / static_cast<double>(enough))));
+      progress(
+          std::max(static_cast<double>(s + 1) / static_cast<double>(samples.size()),
+                   std::min(1.0, static_cast<double>(full.size()) / static_cast<double>(enough))));
     }
   }
+  set.grasps = chosen(std::move(full), std::move(scant), params.wanted);
   if (set.grasps.empty()) {
     return {ErrorCode::kNotFound,
             "hand " + set.hand + " of " + model.name + " cannot hold object " + object.name};
   }
-  const auto wanted = static_cast<std::size_t>(params.wanted);
-  if (set.grasps.size() > wanted) {
-    set.grasps = withoutWeakest(
-        set.grasps, (set.grasps.size() + wanted) / 2,
-        [&](const Grasp& grasp) { return generator.fingersOn(grasp) >= generator.fullHand(); });
-    set.grasps = thin(set.grasps, params.wanted);
-  }
-  std::stable_sort(set.grasps.begin(), set.grasps.end(),
-                   [](const Grasp& x, const Grasp& y) { return x.quality > y.quality; });
+  std::stable_sort(set.grasps.begin(), set.grasps.end(), better);
   return set;
 }
 

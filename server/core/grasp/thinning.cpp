@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace handover {
 namespace {
@@ -25,23 +24,6 @@ double poseDistance(const Pose& a, const Pose& b) {
 bool tooClose(const Grasp& a, const Grasp& b, double spacing, double angle) {
   return (a.X_OT.translation() - b.X_OT.translation()).norm() < spacing &&
          angleBetween(a.X_OT, b.X_OT) < angle;
-}
-
-std::vector<Grasp> withoutWeakest(const std::vector<Grasp>& grasps, std::size_t kept,
-                                  const std::function<bool(const Grasp&)>& full) {
-  if (grasps.size() <= kept) return grasps;
-  std::vector<std::size_t> order(grasps.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    const bool full_a = full(grasps[a]);
-    if (full_a != full(grasps[b])) return full_a;
-    return grasps[a].quality > grasps[b].quality;
-  });
-  order.resize(kept);
-  std::sort(order.begin(), order.end());
-  std::vector<Grasp> strong;
-  for (const std::size_t i : order) strong.push_back(grasps[i]);
-  return strong;
 }
 
 std::vector<Grasp> thin(const std::vector<Grasp>& grasps, int wanted) {

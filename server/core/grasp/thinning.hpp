@@ -4,18 +4,12 @@
 
 #include "core/grasp/grasp_set.hpp"
 
-#include <functional>
 #include <vector>
 
 namespace handover {
 
 /// True if two grasps are within both `spacing` [m] and `angle` [rad] of each other.
 bool tooClose(const Grasp& a, const Grasp& b, double spacing, double angle);
-
-/// The `kept` best, in the order given: those that are `full` before those that are not, then by
-/// quality; ties fall to the earlier one. All if there are no more.
-std::vector<Grasp> withoutWeakest(const std::vector<Grasp>& grasps, std::size_t kept,
-                                  const std::function<bool(const Grasp&)>& full);
 
 /// Picks `wanted` of the grasps: first the best one, then again and again the one for which
 /// distance to those chosen x quality^(1/2) is greatest (farthest points, weighted). Distance is

@@ -112,7 +112,7 @@ TEST(CupHandover, LeavesRoomForBothHands) {
         ++together;
     }
   }
-  EXPECT_GT(together, pairs / 25);  // seen: one in ten
+  EXPECT_GT(together, pairs / 25);  // seen: one in twenty
 }
 
 }  // namespace
