@@ -318,10 +318,9 @@ bool ExchangePlanner::keepReachable(const Pose& X_WH, FeasibleGrasp& receive) {
     return false;
   }
 
-  const auto robot = static_cast<std::size_t>(receiver_.robot);
+  // With its fingers as they start: an arm stage moves the arm alone.
   CellState open = start_;
   open.X_WO = X_WH;
-  open.q[robot] = receiver_.withFingers(std::move(open.q[robot]), grasp.open);
   StateChecker checker = checkers_.make(open, receiver_, receiver_.arm_model->dofs, {});
   std::vector<ArmVector> reachable;
   for (const ArmVector& q : receive.configurations) {
@@ -338,7 +337,7 @@ const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(
   const auto [entry, fresh] = picks_.try_emplace(pick.grasp);
   std::optional<PickMotion>& found = entry->second;
   if (!fresh) return found;
-  found = pickFrom(pick, opening(giver_, graspOf(giver_, pick)));
+  found = pickFrom(pick, giver_.fingersOf(start_.q[static_cast<std::size_t>(giver_.robot)]));
   return found;
 }
 
@@ -433,17 +432,9 @@ const std::optional<ExchangePlanner::PlaceMotion>& ExchangePlanner::placeMotion(
   return found;
 }
 
-Eigen::VectorXd ExchangePlanner::opening(const Role& role, const Grasp& grasp) const {
-  const Eigen::VectorXd start = role.fingersOf(start_.q[static_cast<std::size_t>(role.robot)]);
-  const Eigen::VectorXd way = grasp.open - grasp.closed;
-  const double factor = (start - grasp.closed).dot(way) / way.squaredNorm();
-  const bool leads_there =
-      factor > 1.0 && (start - grasp.closed - factor * way).cwiseAbs().maxCoeff() < 1e-6;
-  return leads_there ? start : grasp.open;
-}
-
 std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHands(const HandoverTuple& tuple) {
-  return joinHandsFrom(tuple, opening(receiver_, graspOf(receiver_, tuple.receive)));
+  const auto robot = static_cast<std::size_t>(receiver_.robot);
+  return joinHandsFrom(tuple, receiver_.fingersOf(start_.q[robot]));
 }
 
 std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHandsFrom(

@@ -112,11 +112,6 @@ class ExchangePlanner {
   std::optional<Hands> joinHands(const HandoverTuple& tuple);
   std::optional<Hands> joinHandsFrom(const HandoverTuple& tuple, const Eigen::VectorXd& open);
 
-  /// The finger posture from which a grasp is closed: as the hand stands at the start, if the
-  /// grasp's own opening leads there, for no stage before the grasp may move a finger; else the
-  /// grasp's.
-  Eigen::VectorXd opening(const Role& role, const Grasp& grasp) const;
-
   /// The state with the object in the role's hand, closed by the grasp, at an arm configuration.
   CellState holding(CellState state, const Role& role, const Grasp& grasp,
                     const ArmVector& q) const;
