@@ -221,7 +221,7 @@ TEST(CellService, RejectsWhatIsNotFiniteOrUnknown) {
 /// A request that needs grasps which no cache has, and thousands of them.
 PlanRequest largeRequest() {
   PlanRequest request = butlerRequest();
-  request.overrides.push_back({"objects.cup.grasps.crichton.right_hand", "99999"});
+  request.overrides.push_back({"objects.cup.grasps.crichton.right_hand", "9999"});
   return request;
 }
 
