@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "commands.hpp"
 
+#include "command.hpp"
 #include "json_writer.hpp"
+#include "output_file.hpp"
 #include "report.hpp"
 #include "signals.hpp"
 #include "verify/state_obj.hpp"
@@ -11,9 +13,6 @@
 #include <handover/client/plan_file.hpp>
 
 #include <condition_variable>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <mutex>
@@ -26,84 +25,21 @@ using client::Client;
 using client::ClientError;
 using client::Json;
 
-std::ostream& people(const CommonOptions& common) { return common.json ? std::cerr : std::cout; }
-
-int fail(const CommonOptions& common, int code, const std::string& text) {
-  std::cerr << "handoverctl: " << text << std::endl;
-  if (common.json) {
-    std::cout << client::compact(Json{{"type", "error"}, {"exit_code", code}, {"text", text}})
-              << std::endl;
-  }
-  return code;
-}
-
-int exitCodeOf(ClientError::Code code) {
-  switch (code) {
-    case ClientError::Code::kNoDaemon:
-    case ClientError::Code::kDaemonLost:
-      return kExitNoDaemon;
-    case ClientError::Code::kInterrupted:
-      return kExitCancelled;
-    case ClientError::Code::kBadStream:
-      return kExitInternal;
-    case ClientError::Code::kDds:
-      return kExitDds;
-  }
-  return kExitInternal;
-}
-
-/// Runs a command with a client; its errors become exit codes.
-template <typename Command>
-int withClient(const CommonOptions& common, Command command) {
-  SignalWatch::blockSignals();
-  try {
-    Client client({.domain = common.domain, .client_id = {}, .wait = common.wait});
-    return command(client);
-  } catch (const ClientError& error) {
-    return fail(common, exitCodeOf(error.code()), error.what());
-  } catch (const std::exception& error) {
-    return fail(common, kExitInternal, error.what());
-  }
-}
-
-/// A file that is there, in whole, or not at all: written beside its place and renamed.
-class OutputFile {
- public:
-  explicit OutputFile(const std::string& path) : path_(path) {
-    std::error_code none;
-    special_ = std::filesystem::exists(path, none) && !std::filesystem::is_regular_file(path, none);
-    target_ = special_ ? path : path + ".part";
-    file_.open(target_, std::ios::binary);
-  }
-
-  ~OutputFile() {
-    std::error_code ignored;
-    if (!special_ && !committed_) std::filesystem::remove(target_, ignored);
-  }
-
-  OutputFile(const OutputFile&) = delete;
-  OutputFile& operator=(const OutputFile&) = delete;
-
-  bool writable() const { return file_.is_open(); }
-
-  bool commit(const std::string& text) {
-    file_ << text;
-    file_.close();
-    if (!file_) return false;
-    std::error_code error;
-    if (!special_) std::filesystem::rename(target_, path_, error);
-    committed_ = !error;
-    return committed_;
-  }
-
- private:
-  std::filesystem::path path_, target_;
-  std::ofstream file_;
-  bool special_ = false, committed_ = false;
-};
-
 Json cellJson(const CellInfo& cell) {
-  return {{"name", cell.name}, {"tasks", cell.tasks}, {"scene_revision", cell.revision}};
+  Json vary = Json::object();
+  for (const Variation& variation : cell.variations) {
+    Json& entry = vary[variation.path];
+    if (variation.choices.empty()) {
+      entry["range"] = {variation.from, variation.to};
+    } else {
+      entry["choices"] = variation.choices;
+    }
+    if (variation.facing) entry["facing"] = *variation.facing;
+  }
+  return {{"name", cell.name},
+          {"tasks", cell.tasks},
+          {"scene_revision", cell.revision},
+          {"vary", std::move(vary)}};
 }
 
 Json statusJson(const DaemonStatus& status) {

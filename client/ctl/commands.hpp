@@ -5,6 +5,7 @@
 #include <handover/common/plan.hpp>
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -44,12 +45,29 @@ struct PlanOptions {
   std::filesystem::path root;  ///< of the paths in a plan; needed for dumps only
 };
 
+struct ExperimentOptions {
+  /// What the requests share: cell, task, mode and search; `seed` is the experiment's.
+  PlanRequest request;
+  std::uint64_t runs = 100;
+  int jobs = 1;          ///< requests in flight at once
+  double stretch = 1.0;  ///< of the ranges, about their middles
+  std::string output;    ///< experiment file, or empty
+  std::string plans;     ///< folder for plan files, or empty
+  bool verify = false;   ///< every plan, by handover-verify
+};
+
 int runStatus(const CommonOptions& common);
 int runCells(const CommonOptions& common);
 int runPlan(const CommonOptions& common, const PlanOptions& options);
 /// Watches one request until its outcome, or all until a signal.
 int runWatch(const CommonOptions& common, const std::optional<RequestId>& id);
 int runCancel(const CommonOptions& common, const RequestId& id);
+
+/// Plans what is drawn from a cell's variations, run by run. Done when every run was answered,
+/// solved or not; else kExitInternal: a plan has violations; kExitConfiguration: more than a tenth
+/// of the draws touch at the start, so the cell's ranges are unsound, or the output cannot be
+/// written; kExitRejected: nobody serves the cell or its task, or every run was rejected.
+int runExperiment(const CommonOptions& common, const ExperimentOptions& options);
 
 int exitCodeOf(const Outcome& outcome);
 

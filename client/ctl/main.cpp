@@ -56,11 +56,33 @@ Override overrideOf(const std::string& text) {
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
+/// How requests are searched: what `plan` and `experiment` share.
+struct SearchFlags {
+  std::string mode = "best", search = "wide";
+};
+
+void addSearch(CLI::App& app, SearchFlags& flags) {
+  app.add_option("--mode", flags.mode, "Stop at the first plan, take the best, or try all")
+      ->check(CLI::IsMember({"first", "best", "all"}))
+      ->capture_default_str();
+  app.add_option("--search", flags.search, "The paper's candidates, or more after them")
+      ->check(CLI::IsMember({"paper", "wide"}))
+      ->capture_default_str();
+}
+
+void setSearch(const SearchFlags& flags, PlanRequest& request) {
+  request.mode = flags.mode == "first" ? SearchMode::kFirst
+                 : flags.mode == "all" ? SearchMode::kAll
+                                       : SearchMode::kBest;
+  request.search = flags.search == "paper" ? SearchWidth::kPaper : SearchWidth::kWide;
+}
+
 struct PlanFlags {
   PlanOptions options;
+  SearchFlags search;
   std::vector<std::string> set;
   std::vector<std::pair<std::string, std::string>> dumps;  ///< kind, file
-  std::string mode = "best", search = "wide", html, root;
+  std::string html, root;
   double deadline_s = 0;
   CLI::Option* deadline = nullptr;
 };
@@ -74,12 +96,7 @@ void addPlan(CLI::App& app, PlanFlags& flags) {
       ->check(checkOverride);
   app.add_option("--giver-arm", request.giver_arm, "Arm of the giver (default: free choice)");
   app.add_option("--receiver-arm", request.receiver_arm, "Arm of the receiver (default: free)");
-  app.add_option("--mode", flags.mode, "Stop at the first plan, take the best, or try all")
-      ->check(CLI::IsMember({"first", "best", "all"}))
-      ->capture_default_str();
-  app.add_option("--search", flags.search, "The paper's candidates, or more after them")
-      ->check(CLI::IsMember({"paper", "wide"}))
-      ->capture_default_str();
+  addSearch(app, flags.search);
   app.add_option("--seed", request.seed, "Same scene, request and seed: same plan")
       ->check(checkSeed)
       ->capture_default_str();
@@ -119,11 +136,42 @@ PlanOptions finish(const PlanFlags& flags) {
   PlanRequest& request = options.request;
   for (const auto& text : flags.set) request.overrides.push_back(overrideOf(text));
   if (flags.deadline->count() > 0) request.deadline_s = flags.deadline_s;
-  request.mode = flags.mode == "first" ? SearchMode::kFirst
-                 : flags.mode == "all" ? SearchMode::kAll
-                                       : SearchMode::kBest;
-  request.search = flags.search == "paper" ? SearchWidth::kPaper : SearchWidth::kWide;
+  setSearch(flags.search, request);
   return options;
+}
+
+struct ExperimentFlags {
+  ExperimentOptions options;
+  SearchFlags search;
+  std::string html;
+};
+
+void addExperiment(CLI::App& app, ExperimentFlags& flags) {
+  ExperimentOptions& options = flags.options;
+  app.add_option("CELL", options.request.cell, "Cell whose variations are drawn")
+      ->required()
+      ->check(checkNotEmpty);
+  app.add_option("--runs", options.runs, "How many draws are planned")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000}))
+      ->capture_default_str();
+  app.add_option("--seed", options.request.seed,
+                 "Of the draws; run i sends its request with this seed plus i")
+      ->check(checkSeed)
+      ->capture_default_str();
+  app.add_option("--jobs", options.jobs, "Requests in flight at once")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  app.add_option("--stretch", options.stretch, "Scales the ranges about their middles")
+      ->check(numberWhere([](double v) { return v >= 0 && v <= 100; }, "in [0, 100]"))
+      ->capture_default_str();
+  app.add_option("--task", options.request.task, "Task of the cell (default: its first)");
+  addSearch(app, flags.search);
+  app.add_option("--output", options.output, "Write the experiment file here")
+      ->check(checkNotEmpty);
+  app.add_option("--plans", options.plans, "Write the plans to this folder, NNN.json by run")
+      ->check(checkNotEmpty);
+  app.add_flag("--verify", options.verify, "Have handover-verify check every plan");
+  app.add_option("--html", flags.html, "Write a page that shows the experiment");
 }
 
 int notBuiltYet(const std::string& what) {
@@ -161,8 +209,10 @@ int run(int argc, char** argv) {
   cancel->add_option("ID", id, "The request")->required()->check(checkId);
   auto* scene = app.add_subcommand("scene", "Show or change a live scene");
   auto* experiment = app.add_subcommand("experiment", "Plan many varied requests");
+  ExperimentFlags experiment_flags;
+  addExperiment(*experiment, experiment_flags);
   auto* view = app.add_subcommand("view", "Make a page that shows a plan");
-  for (auto* later : {scene, experiment, view}) {
+  for (auto* later : {scene, view}) {
     later->fallthrough(false)->allow_extras();
     later->set_version_flag("--version", version);
   }
@@ -190,6 +240,11 @@ int run(int argc, char** argv) {
   if (plan->parsed()) {
     if (!flags.html.empty()) return notBuiltYet("--html");
     return runPlan(common, options);
+  }
+  if (experiment->parsed()) {
+    if (!experiment_flags.html.empty()) return notBuiltYet("--html");
+    setSearch(experiment_flags.search, experiment_flags.options.request);
+    return runExperiment(common, experiment_flags.options);
   }
   return notBuiltYet(app.get_subcommands().front()->get_name());
 }

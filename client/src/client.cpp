@@ -46,6 +46,8 @@ struct PlanHandle::State {
 
   // Guarded by the client's mutex.
   Clock::time_point written_at{}, answered_at{};
+  std::optional<Clock::time_point> planned_at;  ///< the first whole plan was there
+  std::map<std::uint32_t, int> stages_seen;     ///< by solution
   std::uint32_t next_sequence = 0;
   bool ended = false;
   bool cell_was_served = false;
@@ -223,6 +225,10 @@ struct Client::Impl {
     // A daemon that came back sends the same stages again from the first on.
     if (stage->sequence != state->next_sequence) return;
     ++state->next_sequence;
+    if (const auto* path = std::get_if<StageTrajectory>(&stage->payload)) {
+      const bool whole = ++state->stages_seen[path->solution] == kStageCount;
+      if (whole && !state->planned_at) state->planned_at = event.at;
+    }
     const bool late_cancel = state->next_sequence == 1 && state->cancel_wanted;
     changed.notify_all();
     lock.unlock();
@@ -302,6 +308,11 @@ void PlanHandle::cancel() const {
 
 std::chrono::duration<double> PlanHandle::answerTime() const {
   return state_->answered_at - state_->written_at;
+}
+
+std::optional<std::chrono::duration<double>> PlanHandle::firstPlanTime() const {
+  if (!state_->planned_at) return std::nullopt;
+  return *state_->planned_at - state_->written_at;
 }
 
 // ---- client

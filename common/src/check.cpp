@@ -265,6 +265,25 @@ void checkPayload(Checker& c, const Outcome& outcome) {
   }
 }
 
+void checkVariation(Checker& c, const std::string& at, const Variation& variation) {
+  if (variation.path.empty()) c.fault(at + ".path", "is missing");
+  c.text(at + ".path", variation.path, bounds::kOverridePath);
+  c.list(at + ".choices", variation.choices, bounds::kChoices,
+         [&c](const std::string& field, const auto& item) { c.text(field, item, bounds::kText); });
+  c.count(at + ".from", variation.from.size(), bounds::kRangeSize);
+  c.numbers(at + ".from", variation.from);
+  c.numbers(at + ".to", variation.to);
+  if (variation.from.size() != variation.to.size()) {
+    c.fault(at + ".to", "has another length than from");
+  }
+  if (variation.from.empty() == variation.choices.empty()) {
+    c.fault(at, "must have either a range or choices");
+  }
+  if (!variation.facing) return;
+  for (const double coordinate : *variation.facing) c.finite(at + ".facing", coordinate);
+  if (variation.from.size() != 3) c.fault(at + ".facing", "is not beside a range of rpy_deg");
+}
+
 }  // namespace
 
 bool validClientId(std::string_view text) {
@@ -323,7 +342,15 @@ std::vector<Fault> check(const DaemonStatus& status) {
   c.list("cells", status.cells, bounds::kCells, [&c](const std::string& at, const CellInfo& cell) {
     c.required(at + ".name", cell.name);
     c.names(at + ".tasks", cell.tasks, bounds::kCells);
+    c.list(at + ".variations", cell.variations, bounds::kVariations,
+           [&c](const auto& field, const Variation& item) { checkVariation(c, field, item); });
   });
+  return std::move(c.faults);
+}
+
+std::vector<Fault> check(const Variation& variation) {
+  Checker c;
+  checkVariation(c, "vary", variation);
   return std::move(c.faults);
 }
 
@@ -336,6 +363,10 @@ std::string describe(const std::vector<Fault>& faults) {
 bool serves(const DaemonStatus& daemon, std::string_view cell) {
   return std::any_of(daemon.cells.begin(), daemon.cells.end(),
                      [&](const CellInfo& info) { return info.name == cell; });
+}
+
+std::string placePath(const Variation& facing) {
+  return facing.path.substr(0, facing.path.rfind('.') + 1) + "xyz";
 }
 
 const char* toString(DaemonState state) {

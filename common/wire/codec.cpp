@@ -88,6 +88,30 @@ RejectCount fromWire(const msg::RejectCount& reject) {
   return {reject.cause(), fromWire(reject.pair()), reject.hits()};
 }
 
+msg::CellVariation toWire(const Variation& variation) {
+  msg::CellVariation out;
+  out.path(variation.path);
+  out.low(variation.from);
+  out.high(variation.to);
+  out.choices(variation.choices);
+  out.has_facing(variation.facing.has_value());
+  if (variation.facing) {
+    out.facing_x((*variation.facing)[0]);
+    out.facing_y((*variation.facing)[1]);
+  }
+  return out;
+}
+
+Variation fromWire(const msg::CellVariation& variation) {
+  Variation out;
+  out.path = variation.path();
+  out.from = variation.low();
+  out.to = variation.high();
+  out.choices = variation.choices();
+  if (variation.has_facing()) out.facing = {variation.facing_x(), variation.facing_y()};
+  return out;
+}
+
 msg::RobotState toWire(const RobotSnapshot& robot);
 msg::ObjectState toWire(const ObjectSnapshot& object);
 RobotSnapshot fromWire(const msg::RobotState& robot);
@@ -700,6 +724,7 @@ msg::DaemonStatus encode(const DaemonStatus& status) {
     item.name(cell.name);
     item.tasks(cell.tasks);
     item.scene_revision(cell.revision);
+    item.variations(allToWire<msg::CellVariation>(cell.variations));
   }
   out.queued(status.queued);
   out.running(status.running);
@@ -719,7 +744,11 @@ Decoded<DaemonStatus> decode(const msg::DaemonStatus& message) {
   status.version = message.program_version();
   status.state = static_cast<DaemonState>(message.state());
   for (const auto& cell : message.cells()) {
-    status.cells.push_back({cell.name(), cell.tasks(), cell.scene_revision()});
+    CellInfo& info = status.cells.emplace_back();
+    info.name = cell.name();
+    info.tasks = cell.tasks();
+    info.revision = cell.scene_revision();
+    info.variations = allFromWire<Variation>(cell.variations());
   }
   status.queued = message.queued();
   status.running = message.running();

@@ -263,7 +263,8 @@ const CellService::Loaded* CellService::find(const std::string& cell) const {
 std::vector<CellInfo> CellService::cells() const {
   std::vector<CellInfo> infos;
   for (const auto& loaded : cells_) {
-    infos.push_back({loaded.cell.name(), loaded.cell.taskNames(), loaded.revision});
+    infos.push_back(
+        {loaded.cell.name(), loaded.cell.taskNames(), loaded.revision, loaded.cell.variations()});
   }
   return infos;
 }

@@ -6,6 +6,8 @@
 #include "settings/roots.hpp"
 #include "settings/scene_resolver.hpp"
 
+#include <handover/common/check.hpp>
+
 #include <algorithm>
 #include <charconv>
 
@@ -40,6 +42,23 @@ void checkVariation(const YamlNode& cell, const Variation& variation, YamlReport
     }
     for (const Fault& fault : faults) report.add("vary." + variation.path, fault.message);
     if (!faults.empty()) return;
+  }
+}
+
+/// What variations say of each other, and the bounds of what the daemon announces.
+void checkVariations(const std::vector<Variation>& variations, YamlReport& report) {
+  if (variations.size() > bounds::kVariations) {
+    report.add("vary", "has more than " + std::to_string(bounds::kVariations) + " entries");
+  }
+  for (const Variation& variation : variations) {
+    const std::string at = "vary." + variation.path;
+    for (const Fault& fault : check(variation)) report.add(at, fault.message);
+    if (!variation.facing) continue;
+    const std::string place = placePath(variation);
+    const bool placed = std::any_of(
+        variations.begin(), variations.end(),
+        [&place](const Variation& other) { return other.path == place && other.from.size() == 3; });
+    if (!placed) report.add(at + ".facing", "needs a range of " + place + " too");
   }
 }
 
@@ -99,6 +118,7 @@ Cell Cell::load(const std::filesystem::path& file, const std::filesystem::path& 
   data->description = readCell(data->document, report);
   if (!data->document.isMap()) throw FileError(report.inFile(shown_file));
   if (report.clean()) {
+    checkVariations(data->description.variations, report);
     for (const Variation& variation : data->description.variations) {
       checkVariation(data->document, variation, report);
     }

@@ -6,11 +6,11 @@
 #include "core/model/robot_loader.hpp"
 #include "core/model/scene.hpp"
 
-#include <array>
+#include <handover/common/status.hpp>
+
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -24,17 +24,6 @@ using ModelCache = std::map<std::string, std::shared_ptr<const RobotModel>>;
 /// @throws FileError with every fault.
 RobotSettings readRobotSettings(const std::filesystem::path& file,
                                 const std::filesystem::path& root);
-
-/// What an experiment draws for one override path: evenly between two ends, or one of some choices.
-struct Variation {
-  std::string path;
-  std::vector<double> from, to;  ///< the ends, of the same size; one entry: a plain number
-  /// For rpy_deg ranges: the drawn yaw is added to the direction from the drawn place to this (x,
-  /// y).
-  std::optional<std::array<double, 2>> facing;
-  std::vector<std::string> choices;  ///< YAML values; empty for a range
-  bool operator==(const Variation&) const = default;
-};
 
 /// A loaded cell file. Immutable; safe from any thread.
 class Cell {

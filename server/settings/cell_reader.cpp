@@ -314,7 +314,7 @@ Variation readVariation(const std::string& path, const YamlValue& value) {
   }
   if (const YamlValue* facing = map->find("facing")) {
     const auto point = facing->numbers(kPlace);
-    if (point && point->size() == 2 && variation.from.size() == 3 && path.ends_with("rpy_deg")) {
+    if (point && point->size() == 2 && variation.from.size() == 3 && path.ends_with(".rpy_deg")) {
       variation.facing = {(*point)[0], (*point)[1]};
     } else if (point) {
       facing->fault("must be [x, y], beside a range of rpy_deg");

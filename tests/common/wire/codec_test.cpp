@@ -228,13 +228,33 @@ TEST(StageCodec, RefusesStrangeGeometry) {
 TEST(StatusCodec, RoundTrips) {
   DaemonStatus status{.id = RequestId::random().bytes, .version = "0.1.0"};
   status.state = DaemonState::kPreparing;
-  status.cells = {{"butler", {"serve", "clear"}, 4}, {"stool", {}, 1}};
+  status.cells = {{"butler", {"serve", "clear"}, 4, {}}, {"stool", {}, 1, {}}};
+  status.cells[0].variations = {{"a.xyz", {0, -1, 2}, {0.1, 1, 2}, {}, {}},
+                                {"a.rpy_deg", {0, 0, -15}, {0, 0, 15}, {{0.5, -2}}, {}},
+                                {"b", {}, {}, {}, {"1", "[2, 3]"}}};
   status.queued = 3;
   status.running = 2;
   status.counters = {10, 1, 2, 3, 4};
   const auto back = decode(throughBytes<msg::DaemonStatusPubSubType>(encode(status)));
   ASSERT_TRUE(std::holds_alternative<DaemonStatus>(back));
   EXPECT_EQ(std::get<DaemonStatus>(back), status);
+}
+
+TEST(StatusCodec, RefusesVariationsThatNobodyCouldDraw) {
+  DaemonStatus status{.id = {}, .version = "1", .state = DaemonState::kReady};
+  const auto readable = [&status](const Variation& variation) {
+    status.cells = {{"c", {}, 1, {variation}}};
+    return std::holds_alternative<DaemonStatus>(decode(encode(status)));
+  };
+  EXPECT_TRUE(readable({"a", {0}, {1}, {}, {}}));
+  EXPECT_FALSE(readable({"", {0}, {1}, {}, {}}));
+  EXPECT_FALSE(readable({"a", {0}, {1, 2}, {}, {}}));
+  EXPECT_FALSE(readable({"a", {0}, {kInf}, {}, {}}));
+  EXPECT_FALSE(readable({"a", {}, {}, {}, {}}));
+  EXPECT_FALSE(readable({"a", {0}, {1}, {}, {"2"}}));
+  EXPECT_FALSE(readable({"a", {0}, {1}, {{0, 0}}, {}}));
+  EXPECT_FALSE(readable({"a", {0, 0, 0}, {0, 0, 1}, {{0, kNan}}, {}}));
+  EXPECT_FALSE(readable({"a", std::vector<double>(65), std::vector<double>(65), {}, {}}));
 }
 
 TEST(StatusCodec, RefusesAnUnknownState) {

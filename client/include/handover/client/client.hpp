@@ -56,6 +56,9 @@ class PlanHandle {
   void cancel() const;
   /// From the write of the request to the arrival of its outcome. After wait() only.
   std::chrono::duration<double> answerTime() const;
+  /// From the write of the request to the arrival of the last stage of the first whole plan;
+  /// nullopt if none came. After wait() only.
+  std::optional<std::chrono::duration<double>> firstPlanTime() const;
 
  private:
   friend class Client;

@@ -27,6 +27,9 @@ inline constexpr std::size_t kParts = 4096;
 inline constexpr std::size_t kPairs = 4096;
 inline constexpr std::size_t kSamples = 100'000;
 inline constexpr std::size_t kCells = 1024;
+inline constexpr std::size_t kVariations = 256;
+inline constexpr std::size_t kChoices = 256;
+inline constexpr std::size_t kRangeSize = 64;  ///< numbers of a range's end
 inline constexpr double kSlowest = 1e-3;  ///< speed scale: a plan of a minute takes most of a day
 }  // namespace bounds
 
@@ -39,6 +42,7 @@ bool validClientId(std::string_view text);
 std::vector<Fault> check(const PlanRequest& request);
 std::vector<Fault> check(const PlanStage& stage);
 std::vector<Fault> check(const DaemonStatus& status);
+std::vector<Fault> check(const Variation& variation);
 
 /// Faults in one line, each as " field message;".
 std::string describe(const std::vector<Fault>& faults);

@@ -4,17 +4,33 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace handover {
 
+/// What an experiment draws for one override path: evenly between two ends, or one of some choices.
+struct Variation {
+  std::string path;
+  std::vector<double> from, to;  ///< the ends, of the same size; one entry: a plain number
+  /// For rpy_deg ranges: the drawn yaw is added to the direction from the place, which varies too
+  /// (the same path's xyz), to this (x, y).
+  std::optional<std::array<double, 2>> facing;
+  std::vector<std::string> choices;  ///< YAML values; empty for a range
+  bool operator==(const Variation&) const = default;
+};
+
+/// For the path of a range that faces a point: the path of its place.
+std::string placePath(const Variation& facing);
+
 /// A cell that a daemon serves.
 struct CellInfo {
   std::string name;
   std::vector<std::string> tasks;
-  std::uint64_t revision = 0;  ///< of its scene
+  std::uint64_t revision = 0;         ///< of its scene
+  std::vector<Variation> variations;  ///< what experiments draw, in the cell file's order
   bool operator==(const CellInfo&) const = default;
 };
 

@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: Apache-2.0
+// handoverctl experiment: many requests, drawn from what a cell says varies.
+#include "command.hpp"
+#include "draw.hpp"
+#include "experiment_file.hpp"
+#include "output_file.hpp"
+#include "verify_program.hpp"
+
+#include <handover/client/plan_file.hpp>
+
+#include <spdlog/fmt/fmt.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+namespace handover::ctl {
+namespace {
+
+namespace fs = std::filesystem;
+using client::Client;
+using client::Json;
+using client::PlanHandle;
+
+/// Ends an experiment with an exit code of its own.
+struct ExperimentFailure {
+  int exit_code;
+  std::string text;
+};
+
+std::string machineText() {
+  std::ifstream cpuinfo("/proc/cpuinfo");
+  std::string name;
+  for (std::string line; name.empty() && std::getline(cpuinfo, line);) {
+    if (line.rfind("model name", 0) == 0) name = line.substr(line.find(':') + 2);
+  }
+  if (utsname system{}; name.empty() && uname(&system) == 0) name = system.machine;
+  return fmt::format("{}, {} cores", name, std::thread::hardware_concurrency());
+}
+
+/// A folder that is gone in the end, for plans that nobody asked to keep.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string name = (fs::temp_directory_path() / "handover-plans-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw ExperimentFailure{kExitConfiguration, "no " + name};
+    path_ = name;
+  }
+
+  ~ScratchFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// How many runs are answered, on standard error: a line that changes on a terminal, else one for
+/// each tenth.
+class Progress {
+ public:
+  explicit Progress(std::uint64_t runs) : runs_(runs) {}
+
+  ~Progress() {
+    if (terminal_ && answered_ > 0) std::cerr << std::endl;
+  }
+
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void add(const RunRecord& run) {
+    ++answered_;
+    solved_ += run.done();
+    redrawn_ += run.redrawn;
+    const bool tenth = answered_ * 10 / runs_ != (answered_ - 1) * 10 / runs_;
+    if (!terminal_ && !tenth) return;
+    std::cerr << (terminal_ ? "\r\033[K" : "") << answered_ << " of " << runs_ << " runs, "
+              << solved_ << " solved";
+    if (redrawn_ > 0) std::cerr << ", " << redrawn_ << " drawn again";
+    std::cerr << (terminal_ ? "" : "\n") << std::flush;
+  }
+
+ private:
+  const bool terminal_ = isatty(STDERR_FILENO) != 0;
+  const std::uint64_t runs_;
+  std::uint64_t answered_ = 0, solved_ = 0, redrawn_ = 0;
+};
+
+class Experiment {
+ public:
+  Experiment(const CommonOptions& common, const ExperimentOptions& options, Client& client)
+      : common_(common), options_(options), client_(client), progress_(options.runs) {
+    if (options.verify) verifier_.emplace();
+    if (options.verify && options.plans.empty()) scratch_.emplace();
+    if (!plansFolder().empty()) {
+      std::error_code error;
+      fs::create_directories(plansFolder(), error);
+      if (error) {
+        throw ExperimentFailure{kExitConfiguration, "cannot write to " + plansFolder().string()};
+      }
+    }
+  }
+
+  /// Asks for all runs. @throws ExperimentFailure, client::ClientError.
+  ExperimentRecord run() {
+    const CellInfo cell = awaitCell();
+    variations_ = cell.variations;
+    {
+      std::vector<std::jthread> workers;
+      const auto jobs = std::min(static_cast<std::uint64_t>(options_.jobs), options_.runs);
+      for (std::uint64_t i = 0; i < jobs; ++i) workers.emplace_back([this] { work(); });
+    }
+    if (failure_) std::rethrow_exception(failure_);
+    if (stopped_) throw ExperimentFailure{kExitCancelled, "cancelled"};
+    ExperimentRecord record;
+    record.cell = options_.request.cell;
+    record.seed = options_.request.seed;
+    record.mode = options_.request.mode;
+    record.search = options_.request.search;
+    record.stretch = options_.stretch;
+    record.machine = machineText();
+    for (auto& [index, run] : answered_) record.runs.push_back(std::move(run));
+    return record;
+  }
+
+  /// Cancels what is under way. From any thread.
+  void stop() {
+    {
+      const std::lock_guard lock(mutex_);
+      stopped_ = true;
+      for (const auto& [index, handle] : open_) cancel(handle);
+    }
+    changed_.notify_all();
+    client_.interrupt();
+  }
+
+ private:
+  fs::path plansFolder() const { return scratch_ ? scratch_->path() : fs::path(options_.plans); }
+
+  /// The cell as its daemon announces it, once that is ready: no run shall wait for its maps.
+  CellInfo awaitCell() {
+    bool told = false;
+    while (true) {
+      const CellInfo* found = nullptr;
+      const std::vector<DaemonStatus> daemons = client_.daemons();
+      for (const DaemonStatus& daemon : daemons) {
+        for (const CellInfo& cell : daemon.cells) {
+          if (cell.name != options_.request.cell) continue;
+          if (daemon.state == DaemonState::kReady) return checked(cell);
+          found = &cell;
+        }
+      }
+      if (found == nullptr) {
+        throw ExperimentFailure{kExitRejected,
+                                "no daemon serves a cell named '" + options_.request.cell + "'"};
+      }
+      if (!told) std::cerr << "the daemon makes maps and grasp sets first" << std::endl;
+      told = true;
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, std::chrono::milliseconds(200), [this] { return stopped_; });
+    }
+  }
+
+  CellInfo checked(const CellInfo& cell) const {
+    const std::string& task = options_.request.task;
+    if (!task.empty() &&
+        std::find(cell.tasks.begin(), cell.tasks.end(), task) == cell.tasks.end()) {
+      throw ExperimentFailure{kExitRejected, "the cell has no task '" + task + "'"};
+    }
+    return cell;
+  }
+
+  void work() noexcept {
+    try {
+      while (const auto index = next()) {
+        if (auto record = answer(*index)) keep(std::move(*record));
+      }
+    } catch (...) {
+      {
+        const std::lock_guard lock(mutex_);
+        if (!failure_ && !stopped_) failure_ = std::current_exception();
+      }
+      stop();
+    }
+  }
+
+  std::optional<std::uint64_t> next() {
+    const std::lock_guard lock(mutex_);
+    if (stopped_ || next_ == options_.runs) return std::nullopt;
+    return next_++;
+  }
+
+  /// Draws a run until its start scene is free and has it planned; nullopt when it was stopped.
+  std::optional<RunRecord> answer(std::uint64_t index) {
+    RunRecord record;
+    record.index = index;
+    record.seed = options_.request.seed + index;
+    while (true) {
+      record.drawn =
+          draw(variations_, {options_.request.seed, index, record.redrawn}, options_.stretch);
+      const auto outcome = ask(record);
+      if (!outcome) return std::nullopt;
+      const auto* failed = std::get_if<Failed>(&*outcome);
+      if (failed == nullptr || failed->reason != FailureReason::kStartInCollision) return record;
+      ++record.redrawn;
+      for (const RejectCount& cause : failed->explanation.causes) {
+        if (cause.pair != NamePair{}) record.touched.push_back(cause.pair);
+      }
+      countRedrawn(failed->explanation.text);
+    }
+  }
+
+  /// One request; fills in what the answer says.
+  std::optional<Outcome> ask(RunRecord& record) {
+    PlanRequest request = options_.request;
+    request.seed = record.seed;
+    request.overrides = overridesOf(record.drawn);
+
+    struct Answer {  // shared with the callback, which may outlive this call if it throws
+      Funnel funnel;
+      client::PlanFile plan;
+    };
+
+    const auto answer = std::make_shared<Answer>();
+    const PlanHandle handle = client_.plan(request, [answer](const PlanStage& stage) {
+      answer->funnel.add(stage);
+      answer->plan.add(stage);
+    });
+    open(record.index, handle);
+    const Outcome outcome = handle.wait();
+    if (close(record.index)) return std::nullopt;
+    record.planning_time_s = handle.answerTime().count();
+    if (const auto first = handle.firstPlanTime()) record.first_plan_s = first->count();
+    record.counts = answer->funnel.counts();
+    describe(outcome, record);
+    if (record.done() && !answer->plan.complete()) {
+      throw ExperimentFailure{kExitInternal, "the daemon sent no whole plan"};
+    }
+    if (!plansFolder().empty()) keepPlan(answer->plan, record);
+    return outcome;
+  }
+
+  static void describe(const Outcome& outcome, RunRecord& record) {
+    record.outcome = "done";
+    if (const auto* failed = std::get_if<Failed>(&outcome)) {
+      record.outcome = "failed";
+      record.reason = toString(failed->reason);
+      record.explanation = failed->explanation.text;
+    } else if (const auto* rejected = std::get_if<Rejected>(&outcome)) {
+      record.outcome = "rejected";
+      record.reason = rejected->reason;
+      for (const Fault& fault : rejected->faults) {
+        if (!record.explanation.empty()) record.explanation += "; ";
+        record.explanation += fault.field + ": " + fault.message;
+      }
+    } else if (std::holds_alternative<Cancelled>(outcome)) {
+      record.outcome = "cancelled";
+    }
+  }
+
+  /// Writes the plan and has it verified. A run without a plan leaves no file of its name, not
+  /// even an older one.
+  void keepPlan(const client::PlanFile& plan, RunRecord& record) {
+    const fs::path file = plansFolder() / fmt::format("{:03}.json", record.index);
+    if (!record.done()) {
+      std::error_code ignored;
+      fs::remove(file, ignored);
+      return;
+    }
+    OutputFile output(file);
+    if (!output.writable() || !output.commit(plan.text())) {
+      throw ExperimentFailure{kExitConfiguration, "cannot write " + file.string()};
+    }
+    if (verifier_) record.violations = verifier_->violations(file);
+    if (scratch_) fs::remove(file);
+  }
+
+  void open(std::uint64_t index, const PlanHandle& handle) {
+    const std::lock_guard lock(mutex_);
+    open_.insert_or_assign(index, handle);
+    if (stopped_) cancel(handle);
+  }
+
+  /// What cannot be cancelled ends with the client.
+  static void cancel(const PlanHandle& handle) {
+    try {
+      handle.cancel();
+    } catch (const client::ClientError&) {
+    }
+  }
+
+  /// True when the run was stopped.
+  bool close(std::uint64_t index) {
+    const std::lock_guard lock(mutex_);
+    open_.erase(index);
+    return stopped_;
+  }
+
+  void keep(RunRecord record) {
+    const std::lock_guard lock(mutex_);
+    progress_.add(record);
+    if (common_.json) {
+      Json line = {{"type", "run"}};
+      line.update(toJson(record));
+      std::cout << client::compact(line) << std::endl;
+    }
+    answered_.emplace(record.index, std::move(record));
+  }
+
+  /// A start scene that touches is nothing to plan in; but ranges that often lead there are
+  /// unsound.
+  void countRedrawn(const std::string& why) {
+    const std::lock_guard lock(mutex_);
+    ++redrawn_;
+    ++redrawn_for_[why];
+    if (redrawn_ * 10 <= options_.runs) return;
+    std::string text =
+        fmt::format("the start scene touches in {} draws, more than a tenth of {} runs:", redrawn_,
+                    options_.runs);
+    for (const auto& [what, count] : redrawn_for_) text += fmt::format(" {} ({} x)", what, count);
+    throw ExperimentFailure{kExitConfiguration, text};
+  }
+
+  const CommonOptions& common_;
+  const ExperimentOptions& options_;
+  Client& client_;
+  std::optional<VerifyProgram> verifier_;
+  std::optional<ScratchFolder> scratch_;
+  std::vector<Variation> variations_;
+
+  std::mutex mutex_;  // guards all below
+  std::condition_variable changed_;
+  Progress progress_;
+  std::uint64_t next_ = 0, redrawn_ = 0;
+  std::map<std::string, int> redrawn_for_;
+  std::map<std::uint64_t, PlanHandle> open_;
+  std::map<std::uint64_t, RunRecord> answered_;
+  std::exception_ptr failure_;
+  bool stopped_ = false;
+};
+
+/// What the records mean for the process.
+int exitCodeOf(const CommonOptions& common, const ExperimentRecord& record) {
+  const auto count = [&record](auto condition) {
+    return static_cast<std::size_t>(
+        std::count_if(record.runs.begin(), record.runs.end(), condition));
+  };
+  const auto invalid =
+      count([](const RunRecord& run) { return run.violations && !run.violations->empty(); });
+  const auto cancelled = count([](const RunRecord& run) { return run.outcome == "cancelled"; });
+  const auto rejected = count([](const RunRecord& run) { return run.outcome == "rejected"; });
+  if (invalid > 0) return fail(common, kExitInternal, fmt::format("{} invalid plans", invalid));
+  if (cancelled > 0)
+    return fail(common, kExitCancelled, fmt::format("{} runs cancelled", cancelled));
+  if (rejected == record.runs.size()) return fail(common, kExitRejected, "every run was rejected");
+  return kExitDone;
+}
+
+}  // namespace
+
+int runExperiment(const CommonOptions& common, const ExperimentOptions& options) {
+  std::optional<OutputFile> output;
+  if (!options.output.empty()) {
+    output.emplace(options.output);
+    if (!output->writable()) {
+      return fail(common, kExitConfiguration, "cannot write " + options.output);
+    }
+  }
+  return withClient(common, [&](Client& client) -> int {
+    try {
+      ExperimentRecord record;
+      {
+        Experiment experiment(common, options, client);
+        const SignalWatch signals([&experiment] { experiment.stop(); }, kExitCancelled);
+        record = experiment.run();
+      }
+      printTable(people(common), record);
+      if (common.json) {
+        Json line = {{"type", "summary"}};
+        line.update(summaryOf(record));
+        std::cout << client::compact(line) << std::endl;
+      }
+      if (output && !output->commit(client::pretty(toJson(record)) + "\n")) {
+        return fail(common, kExitConfiguration, "cannot write " + options.output);
+      }
+      return exitCodeOf(common, record);
+    } catch (const ExperimentFailure& failure) {
+      return fail(common, failure.exit_code, failure.text);
+    }
+  });
+}
+
+}  // namespace handover::ctl
