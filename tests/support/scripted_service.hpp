@@ -14,7 +14,10 @@ namespace handover::test {
 class ScriptedService : public PlanService {
  public:
   std::vector<CellInfo> cells() const override {
-    return {{"script", {"answer", "fail", "hold", "paced", "throw"}, 7}};
+    return {{"script",
+             {"answer", "fail", "hold", "paced", "throw", "touch", "touch_low", "refuse_low"},
+             7,
+             {{"number", {0}, {1}, {}, {}}, {"word", {}, {}, {}, {"low", "high"}}}}};
   }
 
   void prepare(const Deadline&) override {}
@@ -24,12 +27,30 @@ class ScriptedService : public PlanService {
     if (request.task == "fail") return sampleFailure();
     if (request.task == "hold") return hold(sink, deadline);
     if (request.task == "paced") return pace(sink);
+    if (request.task == "touch" || (request.task == "touch_low" && numberOf(request) < 0.04)) {
+      return Failed{FailureReason::kStartInCollision,
+                    {.filter = "start",
+                     .text = "a touches b",
+                     .causes = {{"collision", {"a", "b"}, 1}},
+                     .nearest_fix = {},
+                     .fix_text = ""}};
+    }
+    if (request.task == "refuse_low" && numberOf(request) < 0.5) {
+      return Rejected{"bad_request", {{"number", "is low"}}};
+    }
     auto stages = sampleAnswer(request.id);
     for (std::size_t i = 1; i + 1 < stages.size(); ++i) sink.emit(stages[i].payload);
     return std::get<Outcome>(stages.back().payload);
   }
 
  private:
+  static double numberOf(const PlanRequest& request) {
+    for (const Override& change : request.overrides) {
+      if (change.path == "number") return std::stod(change.value);
+    }
+    return 1;
+  }
+
   /// Emits stages 7 ms apart, as a search does.
   static Outcome pace(StageSink& sink) {
     std::mutex mutex;

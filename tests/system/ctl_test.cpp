@@ -9,8 +9,10 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <sstream>
 
 namespace handover::test {
@@ -95,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(
         Usage{"experiment c --stretch -1", 2}, Usage{"experiment c --stretch nan", 2},
         Usage{"experiment c --seed x", 2}, Usage{"experiment c --mode fastest", 2},
         Usage{"experiment c extra", 2}, Usage{"experiment c --html page.html", 3},
-        Usage{"view plan.json -o plan.html", 3}, Usage{"plan --cell c --html plan.html", 3}),
+        Usage{"view plan.json -o plan.html", 3}, Usage{"plan --cell c --html plan.html", 3},
         Usage{"plan --cell c --dump-state giver_grasp", 2},
         Usage{"plan --cell c --dump-state giver_nap cup.obj", 2},
         Usage{"plan --cell c --dump-state start cup.obj extra", 2}));
@@ -109,9 +111,9 @@ TEST(CtlEnvironment, RefusesADomainThatIsNone) {
 }
 
 TEST_F(Ctl, ExitsWith13WhenNoDaemonShowsUp) {
-  for (const char* arguments :
-       {"status --wait 0.2", "cells --wait 0", "plan --cell c --wait 0.2", "watch --wait 0.2",
-        "cancel 00112233445566778899aabbccddeeff --wait 0.2"}) {
+  for (const char* arguments : {"status --wait 0.2", "cells --wait 0", "plan --cell c --wait 0.2",
+                                "experiment c --wait 0.2", "watch --wait 0.2",
+                                "cancel 00112233445566778899aabbccddeeff --wait 0.2"}) {
     EXPECT_EQ(ctl(arguments).status, 13) << arguments;
   }
   const auto json = ctl("plan --cell c --wait 0.2 --json");
@@ -147,8 +149,10 @@ TEST_F(ScriptedCtl, StatusAndCells) {
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_EQ(lines[0]["state"], "ready");
   EXPECT_EQ(lines[0]["cells"][0]["name"], "script");
-  EXPECT_THAT(ctl("cells").out, HasSubstr("script: answer fail hold paced throw"));
-  EXPECT_EQ(jsonLines(ctl("cells --json").out).at(0)["tasks"].size(), 5u);
+  EXPECT_THAT(ctl("cells").out, HasSubstr("script: answer fail hold paced throw touch"));
+  EXPECT_EQ(jsonLines(ctl("cells --json").out).at(0)["tasks"].size(), 8u);
+  EXPECT_EQ(jsonLines(ctl("cells --json").out).at(0)["vary"]["number"]["range"],
+            nlohmann::json::parse("[[0.0], [1.0]]"));
 }
 
 TEST_F(ScriptedCtl, StatusShowsEveryDaemon) {
@@ -296,6 +300,120 @@ TEST_F(ScriptedCtl, AStoppedClientHoldsUpNobody) {
   for (int i = 0; i < 5; ++i) EXPECT_EQ(ctl("plan --cell script --task answer").status, 0);
   daemon.signal(SIGTERM);
   EXPECT_EQ(daemon.wait(10s), 0);
+}
+
+// ---- experiments ----
+
+TEST_F(ScriptedCtl, AnExperimentAnswersEveryRun) {
+  const TemporaryFolder folder;
+  const fs::path output = folder / "e.json", plans = folder / "plans";
+  const std::string arguments = "experiment script --task answer --runs 12 --seed 5 --jobs 3";
+  const auto result =
+      ctl(arguments + " --output " + output.string() + " --plans " + plans.string());
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("12 of 12 runs solved"));
+  EXPECT_THAT(result.err, HasSubstr("12 of 12 runs"));
+  const auto file = nlohmann::json::parse(textOf(output));
+  EXPECT_EQ(file["format"], "handover-experiment/1");
+  ASSERT_EQ(file["records"].size(), 12u);
+  std::set<nlohmann::json> drawn;
+  for (std::size_t i = 0; i < 12; ++i) {
+    const auto& record = file["records"][i];
+    EXPECT_EQ(record["index"], i);
+    EXPECT_EQ(record["seed"], 5 + i);
+    EXPECT_EQ(record["outcome"], "done");
+    EXPECT_EQ(record["handover_poses"], 17);
+    EXPECT_LE(record["first_plan_s"], record["planning_time_s"]);
+    drawn.insert(record["drawn"]["number"]);
+    char name[16];
+    std::snprintf(name, sizeof name, "%03zu.json", i);
+    EXPECT_EQ(nlohmann::json::parse(textOf(plans / name))["format"], "handover-plan/1");
+  }
+  EXPECT_EQ(drawn.size(), 12u);
+
+  const auto again = ctl(arguments + " --json");
+  ASSERT_EQ(again.status, 0);
+  auto lines = jsonLines(again.out);
+  ASSERT_EQ(lines.size(), 13u);
+  EXPECT_EQ(lines.back()["type"], "summary");
+  EXPECT_EQ(lines.back()["solved"], 12);
+  lines.pop_back();
+  for (const auto& line : lines) {
+    EXPECT_EQ(line["type"], "run");
+    EXPECT_EQ(line["drawn"], file["records"][line["index"].get<std::size_t>()]["drawn"]);
+  }
+}
+
+TEST_F(ScriptedCtl, FailedRunsAreAnswersToo) {
+  const TemporaryFolder folder;
+  folder.write("plans/001.json", "of another experiment");
+  const auto failed =
+      ctl("experiment script --task fail --runs 2 --plans " + (folder / "plans").string());
+  EXPECT_EQ(failed.status, 0) << failed.err;
+  EXPECT_THAT(failed.out, HasSubstr("0 of 2 runs solved"));
+  EXPECT_THAT(failed.out, HasSubstr("run 001 failed: no_grasp_at_goal (no grasp of cup"));
+  EXPECT_TRUE(fs::is_empty(folder / "plans"));
+  const auto some = ctl("experiment script --task refuse_low --runs 12 --json");
+  EXPECT_EQ(some.status, 0) << some.err;
+  EXPECT_EQ(ctl("experiment script --task refuse_low --runs 3 --stretch 0").status, 0);
+}
+
+TEST_F(ScriptedCtl, ARunIsDrawnAgainWhenItsStartTouches) {
+  const auto result = ctl("experiment script --task touch_low --runs 60 --json");
+  ASSERT_EQ(result.status, 0) << result.err;
+  const auto lines = jsonLines(result.out);
+  int redrawn = 0;
+  for (const auto& line : lines) {
+    if (line["type"] != "run") continue;
+    EXPECT_EQ(line["outcome"], "done");
+    EXPECT_GE(line["drawn"]["number"], 0.04);
+    EXPECT_EQ(line["touched"].size(), line["redrawn"].get<std::size_t>());
+    redrawn += line["redrawn"].get<int>();
+  }
+  EXPECT_GT(redrawn, 0);
+  EXPECT_EQ(lines.back()["redrawn"], redrawn);
+  EXPECT_EQ(lines.back()["touched"][0]["pair"], nlohmann::json::parse(R"(["a", "b"])"));
+}
+
+TEST_F(ScriptedCtl, MoreThanATenthDrawnAgainFailsTheExperiment) {
+  const TemporaryFolder folder;
+  const auto result =
+      ctl("experiment script --task touch --runs 20 --output " + (folder / "e.json").string());
+  EXPECT_EQ(result.status, 3) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("a touches b (3 x)"));
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+TEST_F(ScriptedCtl, ExperimentsHaveTheirExitCodes) {
+  EXPECT_EQ(ctl("experiment nowhere --runs 2").status, 12);
+  EXPECT_EQ(ctl("experiment script --task dance --runs 2").status, 12);
+  const TemporaryFolder folder;
+  const std::string file = folder.write("file", "").string();
+  EXPECT_EQ(ctl("experiment script --runs 1 --output " + file + "/e.json").status, 3);
+  EXPECT_EQ(ctl("experiment script --runs 1 --plans " + file + "/plans").status, 3);
+  // The scripted plans show robots that are nowhere: the verifier refuses them.
+  const auto unverified = ctl("experiment script --task answer --runs 1 --verify");
+  EXPECT_EQ(unverified.status, 1);
+  EXPECT_THAT(unverified.out, HasSubstr("run 000 violates: "));
+}
+
+TEST_F(ScriptedCtl, AnInterruptEndsAnExperiment) {
+  Process experiment(command("experiment script --task hold --runs 5 --jobs 2"));
+  Process watch(command("watch"));
+  ASSERT_TRUE(watch.waitForOutput("arms"));
+  experiment.signal(SIGINT);
+  EXPECT_EQ(experiment.wait(), 11);
+  EXPECT_TRUE(watch.waitForOutput("cancelled"));
+  EXPECT_EQ(ctl("plan --cell script --task answer").status, 0);  // nothing is left in the queue
+}
+
+TEST_F(ScriptedCtl, AnExperimentEndsWithALostDaemon) {
+  Process experiment(command("experiment script --task hold --runs 5 --jobs 2 --wait 0.5"));
+  Process watch(command("watch"));
+  ASSERT_TRUE(watch.waitForOutput("arms"));
+  daemon.signal(SIGKILL);
+  EXPECT_EQ(experiment.wait(), 13);
+  EXPECT_THAT(experiment.err(), HasSubstr("did not come back"));
 }
 
 // ---- the real daemon ----

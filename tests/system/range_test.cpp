@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scenes over their ranges, by the real programs: what is drawn is planned, and every plan
+// verified.
+#include "process.hpp"
+#include "temporary_folder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <signal.h>
+
+#include <cmath>
+
+namespace handover::test {
+namespace {
+
+const std::string kBin = HANDOVER_BINARY_DIR "/bin/";
+
+class Range : public testing::Test {
+ protected:
+  /// The experiment's file; its exit status is 0, so no plan has violations.
+  nlohmann::json experiment(const std::string& cell, int runs, const std::string& more = "") {
+    Process daemon(words(kBin + "handoverd serve --root " HANDOVER_SOURCE_DIR " --cell " + cell +
+                         " --domain " + std::to_string(domain_)),
+                   {"XDG_CACHE_HOME=" HANDOVER_BINARY_DIR "/test-cache"});
+    const std::string file = (folder_ / "e.json").string();
+    const Finished result =
+        run(words(kBin + "handoverctl experiment " + cell + " --wait 60 --verify --runs " +
+                  std::to_string(runs) + " --output " + file + " " + more + " --domain " +
+                  std::to_string(domain_)),
+            {}, std::chrono::seconds(120 + 60 * runs));
+    EXPECT_EQ(result.status, 0) << result.out << result.err;
+    daemon.signal(SIGTERM);
+    EXPECT_EQ(daemon.wait(), 0);
+    return nlohmann::json::parse(textOf(file));
+  }
+
+  const int domain_ = freeDomain();
+  TemporaryFolder folder_;
+};
+
+int runsWanted() {
+  const char* runs = std::getenv("HANDOVER_RANGE_RUNS");
+  return runs == nullptr ? 5 : std::atoi(runs);
+}
+
+TEST_F(Range, ButlerIsPlannedAndVerifiedWhereverHuboStands) {
+  const auto file = experiment("butler", runsWanted());
+  ASSERT_EQ(file["records"].size(), static_cast<std::size_t>(runsWanted()));
+  for (const auto& record : file["records"]) {
+    EXPECT_EQ(record["outcome"], "done") << record;
+    EXPECT_TRUE(record["violations"].empty()) << record;
+    const double y = record["drawn"]["robots.hubo.base.xyz"][1];
+    EXPECT_TRUE(y >= -1.1 && y <= 0.5) << y;
+    EXPECT_GT(record["grasps_giver"], 0);
+    EXPECT_GT(record["grasps_receiver"], 0);
+    EXPECT_GT(record["handover_poses"], 0);
+  }
+}
+
+/// The far end of this range is at the limit of both arms' reach: a draw there may fail, but says
+/// why.
+TEST_F(Range, ButlerLeftIsPlannedOrSaysWhyNot) {
+  const auto file = experiment("butler_left", runsWanted());
+  int solved = 0;
+  for (const auto& record : file["records"]) {
+    if (record["outcome"] == "done") {
+      ++solved;
+      EXPECT_TRUE(record["violations"].empty()) << record;
+      continue;
+    }
+    EXPECT_EQ(record["outcome"], "failed") << record;
+    EXPECT_TRUE(record["reason"].is_string() && record["explanation"].is_string()) << record;
+  }
+  EXPECT_GT(solved, 0);
+}
+
+TEST_F(Range, ARunCanBeRepeatedFromItsRecord) {
+  const auto file = experiment("butler", 2, "--seed 3 --plans " + (folder_ / "plans").string());
+  const auto& record = file["records"][1];
+  Process daemon(
+      words(kBin + "handoverd serve --root " HANDOVER_SOURCE_DIR " --cell butler --domain " +
+            std::to_string(domain_)),
+      {"XDG_CACHE_HOME=" HANDOVER_BINARY_DIR "/test-cache"});
+  std::vector<std::string> command =
+      words(kBin + "handoverctl plan --cell butler --wait 60 --seed " +
+            std::to_string(record["seed"].get<std::uint64_t>()) + " --output " +
+            (folder_ / "p.json").string() + " --domain " + std::to_string(domain_));
+  for (const auto& [path, value] : record["drawn"].items()) {
+    command.push_back("--set");
+    command.push_back(path + "=" + value.dump());
+  }
+  const Finished planned = run(command, {}, std::chrono::seconds(120));
+  ASSERT_EQ(planned.status, 0) << planned.out << planned.err;
+  const auto plan = [](const std::filesystem::path& path) {
+    return nlohmann::json::parse(textOf(path))["plan"];
+  };
+  EXPECT_EQ(plan(folder_ / "p.json"), plan(folder_ / "plans" / "001.json"));
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(), 0);
+}
+
+}  // namespace
+}  // namespace handover::test
