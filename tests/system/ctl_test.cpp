@@ -413,7 +413,6 @@ TEST_F(ScriptedCtl, AnExperimentEndsWithALostDaemon) {
   ASSERT_TRUE(watch.waitForOutput("arms"));
   daemon.signal(SIGKILL);
   EXPECT_EQ(experiment.wait(), 13);
-  EXPECT_THAT(experiment.err(), HasSubstr("did not come back"));
 }
 
 // ---- the real daemon ----
