@@ -480,19 +480,28 @@ Outcome HandoverSearch::explain() const {
     for (const auto& [arm, pruned] : sets) tally.add(pruned.rejects);
     return noneKept(sets);
   };
+  const auto tested = [this](const std::string& robot, const std::map<int, PrunedGrasps>& sets) {
+    const int index = problem_.scene->findRobot(robot);
+    std::string text;
+    for (const auto& [arm, pruned] : sets) {
+      text += text.empty() ? " Tested: " : ", ";
+      text += std::to_string(pruned.tested) + " of arm " + roles_.at({index, arm}).armName();
+    }
+    return text + ".";
+  };
   RejectTally tally;
   if (emptied(given_, tally)) {
-    return failed(
-        FailureReason::kNoGraspAtStart, "giver_grasps",
-        problem_.task.giver + " has no free grasp of " + problem_.task.object + " at its start.",
-        tally.counts());
+    return failed(FailureReason::kNoGraspAtStart, "giver_grasps",
+                  problem_.task.giver + " has no free grasp of " + problem_.task.object +
+                      " at its start." + tested(problem_.task.giver, given_),
+                  tally.counts());
   }
   tally = {};
   if (emptied(received_, tally)) {
-    return failed(
-        FailureReason::kNoGraspAtGoal, "receiver_grasps",
-        problem_.task.receiver + " has no free grasp of " + problem_.task.object + " at its goal.",
-        tally.counts());
+    return failed(FailureReason::kNoGraspAtGoal, "receiver_grasps",
+                  problem_.task.receiver + " has no free grasp of " + problem_.task.object +
+                      " at its goal." + tested(problem_.task.receiver, received_),
+                  tally.counts());
   }
   if (lattice_points_ == 0 && tuples_seen_ == 0) {
     return failed(FailureReason::kNoCommonWorkspace, "common_workspace",
@@ -506,9 +515,13 @@ Outcome HandoverSearch::explain() const {
                   which + " lets both hands hold " + problem_.task.object + ".",
                   handover_rejects_.counts());
   }
-  return failed(FailureReason::kNoPath, "motions",
-                "Grasps and handover poses exist, but no motion between them was found.",
-                motion_rejects_.counts());
+  const std::vector<RejectCount> stages = motion_rejects_.counts();
+  std::string text = "Grasps and handover poses exist, but no motion between them was found";
+  if (!stages.empty()) {
+    text += "; most tries, " + std::to_string(stages.front().count) + " of " +
+            std::to_string(motion_rejects_.total()) + ", ended at " + stages.front().cause;
+  }
+  return failed(FailureReason::kNoPath, "motions", text + ".", stages);
 }
 
 void HandoverSearch::keepSolution(const Pairing& pairing, const Exchange& exchange,

@@ -2,9 +2,13 @@
 // The whole planning side without DDS: the butler cell from its files to fourteen stages.
 #include "runtime/cell_service.hpp"
 
+#include "core/kinematics/arm_kinematics.hpp"
+#include "settings/roots.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -130,6 +134,40 @@ TEST(CellService, FindsThatTheFreeHandTakesTheCup) {
       EXPECT_EQ(score.rejected, "holds tray");
     }
   }
+}
+
+TEST(CellService, DexteritiesAreThoseOfTheConfigurationsReached) {
+  Recorder recorder;
+  ASSERT_TRUE(std::holds_alternative<Done>(service().plan(butlerRequest(), recorder, Deadline())));
+  const Solution solution = recorder.all<Solution>().at(0);
+  ModelCache models;
+  const Cell cell =
+      Cell::load(cellFile("butler", HANDOVER_SOURCE_DIR), HANDOVER_SOURCE_DIR, models);
+  const auto at_end_of = [&](StageKind kind, const char* robot, const std::string& arm_name) {
+    for (const StageTrajectory& stage : recorder.all<StageTrajectory>()) {
+      if (stage.kind != kind) continue;
+      const RobotModel& model = *models.at(robot);
+      const int arm = model.findArm(arm_name);
+      const auto& dofs = model.arms.at(static_cast<std::size_t>(arm)).dofs;
+      ArmVector q(static_cast<Eigen::Index>(dofs.size()));
+      for (std::size_t i = 0; i < dofs.size(); ++i) {
+        const auto joint =
+            static_cast<std::size_t>(model.dof_joints.at(static_cast<std::size_t>(dofs[i])));
+        const auto name =
+            std::find(stage.joints.begin(), stage.joints.end(), model.joints.at(joint).name);
+        q[static_cast<Eigen::Index>(i)] =
+            stage.q.back().at(static_cast<std::size_t>(name - stage.joints.begin()));
+      }
+      return ArmKinematics(model, arm).manipulability(q);
+    }
+    return 0.0;
+  };
+  const Dexterity& d = solution.dexterity;
+  const std::string &g = solution.giver_arm, &r = solution.receiver_arm;
+  EXPECT_NEAR(d.giver_pick, at_end_of(StageKind::kGiverApproach, "crichton", g), 1e-9);
+  EXPECT_NEAR(d.giver_handover, at_end_of(StageKind::kGiverTransfer, "crichton", g), 1e-9);
+  EXPECT_NEAR(d.receiver_handover, at_end_of(StageKind::kReceiverApproach, "hubo", r), 1e-9);
+  EXPECT_NEAR(d.receiver_place, at_end_of(StageKind::kReceiverPlace, "hubo", r), 1e-9);
 }
 
 TEST(CellService, AnswersTheSameStagesTwice) {
