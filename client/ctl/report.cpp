@@ -118,7 +118,7 @@ void Report::print(const Outcome& outcome) {
                         why.filter, ms);
     printCauses(out_, why.causes);
     for (const Override& fix : why.nearest_fix) {
-      out_ << fmt::format("{:12}would work: --set {}={}\n", "", fix.path, fix.value);
+      out_ << fmt::format("{:12}would work: --set '{}={}'\n", "", fix.path, fix.value);
     }
     if (!why.fix_text.empty()) out_ << fmt::format("{:12}{}\n", "", why.fix_text);
   } else if (const auto* rejected = std::get_if<Rejected>(&outcome)) {

@@ -3,6 +3,7 @@
 
 #include "core/collision/arm_self_collision.hpp"
 #include "core/handover/cell_state.hpp"
+#include "runtime/nearest_fix.hpp"
 #include "runtime/parts_cache.hpp"
 #include "settings/roots.hpp"
 
@@ -36,6 +37,43 @@ GraspParams graspParams(const SceneObject& object, const SceneRobot& robot, cons
 /// deadline.
 constexpr std::size_t kKept = 256;
 constexpr std::chrono::milliseconds kDeadlineCheck{20};
+
+/// For plans that are only asked whether they exist.
+class SilentSink : public StageSink {
+ public:
+  void emit(StagePayload) override {}
+};
+
+/// Whether where the receiver stands can have to do with a failure: what the giver alone cannot do
+/// no move of the receiver helps, unless it is in the way.
+bool receiverMatters(const Failed& failed, const SceneTask& task) {
+  const auto inTheWay = [&] {
+    for (const auto& cause : failed.explanation.causes) {
+      for (const auto& body : {cause.pair.first, cause.pair.second}) {
+        if (body.starts_with(task.receiver + "/")) return true;
+      }
+    }
+    return false;
+  };
+  switch (failed.reason) {
+    case FailureReason::kGoalUnreachable:
+    case FailureReason::kNoGraspAtGoal:
+    case FailureReason::kNoCommonWorkspace:
+    case FailureReason::kNoHandoverPose:
+    case FailureReason::kNoPath:
+      return true;
+    case FailureReason::kStartInCollision:
+    case FailureReason::kGoalInCollision:
+    case FailureReason::kNoGraspAtStart:
+      return inTheWay();
+    case FailureReason::kUnspecified:
+    case FailureReason::kStartUnreachable:
+    case FailureReason::kDeadline:
+    case FailureReason::kInternal:
+      return false;
+  }
+  return false;
+}
 
 Rejected badRequest(std::vector<Fault> faults) { return {"bad_request", std::move(faults)}; }
 
@@ -293,19 +331,13 @@ std::vector<RobotResources> CellService::resources(const Scene& scene, const std
   return all;
 }
 
-Outcome CellService::plan(const PlanRequest& request, StageSink& sink, const Deadline& deadline) {
-  const Loaded* loaded = find(request.cell);
-  if (loaded == nullptr)
-    return Rejected{"unknown_cell", {{"cell", "no cell '" + request.cell + "'"}}};
-  if (request.expected_revision && *request.expected_revision != loaded->revision) {
-    return Rejected{
-        "scene_changed",
-        {{"expected_revision", "the scene's revision is " + std::to_string(loaded->revision)}}};
-  }
-  Cell::Instance instance = loaded->instance;
+std::variant<HandoverProblem, Outcome> CellService::problemOf(const Loaded& loaded,
+                                                              const PlanRequest& request,
+                                                              const Deadline& deadline) {
+  Cell::Instance instance = loaded.instance;
   std::vector<Fault> faults;
   if (!request.overrides.empty()) {
-    auto changed = loaded->cell.instantiate(request.overrides, loaded->revision);
+    auto changed = loaded.cell.instantiate(request.overrides, loaded.revision);
     if (auto* found = std::get_if<std::vector<Fault>>(&changed)) {
       faults = std::move(*found);  // the rest is checked against the cell as it is
     } else {
@@ -321,8 +353,8 @@ Outcome CellService::plan(const PlanRequest& request, StageSink& sink, const Dea
   if (!faults.empty()) return badRequest(std::move(faults));
   problem.scene = startOf(instance.scene, problem.task);
 
-  const auto known = loaded->collision.find(problem.task.object);
-  problem.collision = request.overrides.empty() && known != loaded->collision.end()
+  const auto known = loaded.collision.find(problem.task.object);
+  problem.collision = request.overrides.empty() && known != loaded.collision.end()
                           ? known->second
                           : collisionForTask(*problem.scene, problem.task.object);
   try {
@@ -344,7 +376,71 @@ Outcome CellService::plan(const PlanRequest& request, StageSink& sink, const Dea
   problem.search = request.search;
   problem.seed = request.seed;
   problem.speed_scale = request.speed_scale;
-  return planHandover(problem, sink, deadline);
+  return problem;
+}
+
+Outcome CellService::plan(const PlanRequest& request, StageSink& sink, const Deadline& deadline) {
+  const Loaded* loaded = find(request.cell);
+  if (loaded == nullptr)
+    return Rejected{"unknown_cell", {{"cell", "no cell '" + request.cell + "'"}}};
+  if (request.expected_revision && *request.expected_revision != loaded->revision) {
+    return Rejected{
+        "scene_changed",
+        {{"expected_revision", "the scene's revision is " + std::to_string(loaded->revision)}}};
+  }
+  auto problem = problemOf(*loaded, request, deadline);
+  if (auto* refused = std::get_if<Outcome>(&problem)) return std::move(*refused);
+  Outcome outcome = planHandover(std::get<HandoverProblem>(problem), sink, deadline);
+  if (auto* failed = std::get_if<Failed>(&outcome)) {
+    // Mode first is for those who want an answer soon.
+    if (request.mode != SearchMode::kFirst) {
+      addNearestFix(*loaded, request, std::get<HandoverProblem>(problem), deadline, *failed);
+    }
+    if (deadline.state() == Deadline::State::kCancelled) return Cancelled{};
+  }
+  return outcome;
+}
+
+void CellService::addNearestFix(const Loaded& loaded, const PlanRequest& request,
+                                const HandoverProblem& problem, const Deadline& deadline,
+                                Failed& failed) {
+  if (failed.reason == FailureReason::kDeadline || failed.reason == FailureReason::kInternal)
+    return;
+  if (!receiverMatters(failed, problem.task)) {
+    failed.explanation.fix_text = "No move of " + problem.task.receiver + " would help.";
+    return;
+  }
+  const int giver = problem.scene->findRobot(problem.task.giver);
+  const int receiver = problem.scene->findRobot(problem.task.receiver);
+  const SceneRobot& moved_robot = problem.scene->robots[static_cast<std::size_t>(receiver)];
+  const auto withChange = [&](const Override& change) {
+    PlanRequest moved = request;
+    moved.overrides.push_back(change);
+    moved.mode = SearchMode::kFirst;
+    return moved;
+  };
+  const auto maps_allow = [&](const Override& change) {
+    const auto instance = loaded.cell.instantiate(withChange(change).overrides, loaded.revision);
+    if (!std::holds_alternative<Cell::Instance>(instance)) return false;
+    HandoverProblem moved = problem;  // its bodies, maps and grasps: a move changes none of them
+    std::vector<Fault> none;
+    moved.task = resolveTask(request, std::get<Cell::Instance>(instance), none);
+    moved.scene = startOf(std::get<Cell::Instance>(instance).scene, moved.task);
+    return mapsAllow(moved);
+  };
+  const auto plans = [&](const Override& change) {
+    auto moved = problemOf(loaded, withChange(change), deadline);
+    if (!std::holds_alternative<HandoverProblem>(moved)) return false;
+    SilentSink unheard;
+    const Outcome outcome = planHandover(std::get<HandoverProblem>(moved), unheard, deadline);
+    return std::holds_alternative<Done>(outcome);
+  };
+  const auto moves = movesByCost(moved_robot.X_WB.translation(),
+                                 reachBalls(problem, receiver, problem.receiver_arm),
+                                 reachBalls(problem, giver, problem.giver_arm));
+  NearestFix fix = findNearestFix(moved_robot, moves, maps_allow, plans, deadline);
+  failed.explanation.nearest_fix = std::move(fix.overrides);
+  failed.explanation.fix_text = std::move(fix.text);
 }
 
 }  // namespace handover

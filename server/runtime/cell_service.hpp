@@ -14,6 +14,7 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace handover {
@@ -88,6 +89,12 @@ class CellService : public PlanService {
   const Loaded* find(const std::string& cell) const;
   std::vector<RobotResources> resources(const Scene& scene, const std::string& object,
                                         const Deadline& deadline);
+  /// The request against the cell; or the outcome of one that cannot be planned at all.
+  std::variant<HandoverProblem, Outcome> problemOf(const Loaded& loaded, const PlanRequest& request,
+                                                   const Deadline& deadline);
+  /// Adds to an explanation what would help.
+  void addNearestFix(const Loaded& loaded, const PlanRequest& request,
+                     const HandoverProblem& problem, const Deadline& deadline, Failed& failed);
 
   std::vector<Loaded> cells_;
   ModelCache models_;

@@ -555,4 +555,36 @@ Outcome planHandover(const HandoverProblem& problem, StageSink& sink, const Dead
   return HandoverSearch(problem, sink, deadline).run();
 }
 
+bool mapsAllow(const HandoverProblem& problem) {
+  const int giver = problem.scene->findRobot(problem.task.giver);
+  const int receiver = problem.scene->findRobot(problem.task.receiver);
+  const auto rolesOf = [&](int robot, const Pose& X_WO, const std::string& only) {
+    std::vector<Role> roles;
+    for (const auto& ranked : rankArms(problem, robot, X_WO, only, problem.search).arms) {
+      roles.push_back(makeRole(problem, robot, ranked.arm));
+    }
+    return roles;
+  };
+  const auto givers = rolesOf(giver, problem.task.X_WO_start, problem.giver_arm);
+  for (const Role& r : rolesOf(receiver, problem.task.X_WO_goal, problem.receiver_arm)) {
+    for (const Role& g : givers) {
+      if (!crossMaps(g.map, r.map, kNeighbourhood).empty()) return true;
+    }
+  }
+  return false;
+}
+
+std::vector<ReachBall> reachBalls(const HandoverProblem& problem, int robot,
+                                  const std::string& only) {
+  const RobotModel& model = *problem.scene->robots[static_cast<std::size_t>(robot)].model;
+  std::vector<ReachBall> balls;
+  for (int arm = 0; arm < static_cast<int>(model.arms.size()); ++arm) {
+    if (!only.empty() && model.arms[static_cast<std::size_t>(arm)].name != only) continue;
+    if (!unfitReason(problem, robot, arm).empty()) continue;
+    const PlacedMap map = makeRole(problem, robot, arm).map;
+    balls.push_back({map.p_WShoulder, map.map->reach(map.X_WA.inverse() * map.p_WShoulder)});
+  }
+  return balls;
+}
+
 }  // namespace handover

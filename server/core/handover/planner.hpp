@@ -48,4 +48,18 @@ struct HandoverProblem {
 /// (which the caller emits). Same problem, same stages, byte for byte. Safe from any thread.
 Outcome planHandover(const HandoverProblem& problem, StageSink& sink, const Deadline& deadline);
 
+/// Whether the maps leave the problem a chance: an arm for the start, one for the goal and a point
+/// that both reach. No kinematics, no collisions; of `collision` only which bodies there are.
+bool mapsAllow(const HandoverProblem& problem);
+
+/// All that an arm can reach, and more: a ball about its shoulder.
+struct ReachBall {
+  Eigen::Vector3d p_WShoulder;
+  double radius = 0;  ///< [m]
+};
+
+/// The balls of a robot's arms that may take part. @pre `only`: name of an arm, or empty for any.
+std::vector<ReachBall> reachBalls(const HandoverProblem& problem, int robot,
+                                  const std::string& only);
+
 }  // namespace handover

@@ -63,6 +63,26 @@ double ReachabilityMap::operator()(const Eigen::Vector3d& p_A) const {
   return voxel != nullptr ? double{voxel->manipulability} : 0;
 }
 
+double ReachabilityMap::reach(const Eigen::Vector3d& p_A) const {
+  const reachability::FileHeader& header = data_->header;
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5);
+  double farthest = 0;
+  const std::int32_t* index = data_->index;
+  for (int i = 0; i < header.size[0]; ++i) {
+    for (int j = 0; j < header.size[1]; ++j) {
+      for (int k = 0; k < header.size[2]; ++k) {
+        if (*index++ < 0) continue;
+        const Eigen::Vector3d first(header.first[0] + i, header.first[1] + j, header.first[2] + k);
+        const Eigen::Vector3d to_centre = header.voxel * (first + half) - p_A;
+        const Eigen::Vector3d to_corner =
+            to_centre.cwiseAbs() + Eigen::Vector3d::Constant(0.5 * header.voxel);
+        farthest = std::max(farthest, to_corner.norm());
+      }
+    }
+  }
+  return farthest;
+}
+
 double ReachabilityMap::voxelSize() const { return data_->header.voxel; }
 
 std::size_t ReachabilityMap::filledVoxels() const { return data_->header.filled; }

@@ -70,6 +70,9 @@ class ReachabilityMap {
   /// The voxel's mean manipulability, 0 where not reached (paper's R).
   double operator()(const Eigen::Vector3d& p_A) const;
 
+  /// Distance [m] from a point in A to the farthest that is reached, voxels whole.
+  double reach(const Eigen::Vector3d& p_A) const;
+
   double voxelSize() const;
   std::size_t filledVoxels() const;
 
