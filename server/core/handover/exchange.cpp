@@ -284,6 +284,16 @@ PrunedGrasps ExchangePlanner::pruneReceiverAt(const Pose& X_WH, const FeasibleGr
                      deadline_);
 }
 
+bool ExchangePlanner::giverReaches(const Pose& X_WH, const PrunedGrasps& picks) const {
+  IkQuery query;
+  query.swivel_samples = PruneEffort{}.swivels;
+  const auto enough = [](const ArmVector&) { return false; };
+  return std::any_of(picks.kept.begin(), picks.kept.end(), [&](const FeasibleGrasp& pick) {
+    const Pose X_AT = giver_.worldToArm(X_WH * graspOf(giver_, pick).X_OT);
+    return giver_.kinematics->visit(X_AT, query, enough).solutions > 0;
+  });
+}
+
 PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp& receive,
                                            const PrunedGrasps& picks) {
   CellState state = start_;

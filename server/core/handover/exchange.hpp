@@ -65,6 +65,9 @@ class ExchangePlanner {
   PrunedGrasps pruneReceiverAtGoal(const PruneEffort& effort);
   /// Alg. 3's last step: the receiver's grasp with O at X_WH, the giver's arm at its start.
   PrunedGrasps pruneReceiverAt(const Pose& X_WH, const FeasibleGrasp& place);
+  /// Whether the giver's arm has any configuration at all with O at X_WH, by a grasp it can pick
+  /// with: asked first, as most poses fail here and it costs the least.
+  bool giverReaches(const Pose& X_WH, const PrunedGrasps& picks) const;
   /// Alg. 2: the giver's grasps (of those it can pick with) with O at X_WH and the receiver's hand
   /// in place.
   PrunedGrasps pruneGiverAt(const Pose& X_WH, const FeasibleGrasp& receive,

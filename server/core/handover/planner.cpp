@@ -302,6 +302,10 @@ bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
   const Pose X_WH = X_WT * grasp.X_OT.inverse();
   ++counts.poses_tried;
 
+  if (!pairing.exchange->giverReaches(X_WH, given_.at(pairing.giver_arm))) {
+    rejects.add("no_ik");
+    return false;
+  }
   PrunedGrasps receive = pairing.exchange->pruneReceiverAt(X_WH, place);
   rejects.add(receive.rejects);
   if (receive.kept.empty()) return false;

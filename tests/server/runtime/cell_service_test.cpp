@@ -180,6 +180,7 @@ TEST(CellService, AnswersTheSameStagesTwice) {
 TEST(CellService, SaysWhyAReceiverSixMetresAwayCannot) {
   PlanRequest request = butlerRequest();
   request.overrides.push_back({"robots.hubo.base.xyz", "[6, -0.3, 0.98]"});
+  request.mode = SearchMode::kFirst;  // without a search for what would help
   Recorder recorder;
   const Outcome outcome = service().plan(request, recorder, Deadline());
   const auto* failed = std::get_if<Failed>(&outcome);
@@ -200,6 +201,7 @@ class CellServiceFailure : public testing::TestWithParam<Hopeless> {};
 TEST_P(CellServiceFailure, NamesTheFilterThatEmptied) {
   PlanRequest request = butlerRequest();
   request.overrides = GetParam().overrides;
+  request.mode = SearchMode::kFirst;
   Recorder recorder;
   const Outcome outcome = service().plan(request, recorder, Deadline());
   const auto* failed = std::get_if<Failed>(&outcome);
