@@ -14,4 +14,10 @@ void requireFile(const std::filesystem::path& file);
 /// @throws Unreadable
 std::string readFile(const std::filesystem::path& file, std::uint64_t max_bytes);
 
+/// The file that a URDF's mesh name means: package://NAME/REST is looked for below the root with
+/// and without NAME and beside the URDF's own folders; other names are relative to the URDF.
+/// @throws Unreadable when there is none.
+std::filesystem::path resolveUrdfMesh(const std::string& name, const std::filesystem::path& urdf,
+                                      const std::filesystem::path& root);
+
 }  // namespace handover::verify

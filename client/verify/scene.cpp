@@ -15,33 +15,6 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMaxUrdfBytes = 64u << 20;
 
-/// The file that a URDF's mesh name means: package://NAME/REST is looked for below the root with
-/// and without NAME and beside the URDF's own folders; other names are relative to the URDF.
-fs::path resolveUrdfMesh(const std::string& name, const fs::path& urdf, const fs::path& root) {
-  std::vector<fs::path> candidates;
-  const std::string package = "package://";
-  const std::string file = "file://";
-  if (name.rfind(package, 0) == 0) {
-    const fs::path rest = name.substr(package.size());
-    fs::path inside;
-    for (auto part = std::next(rest.begin()); part != rest.end(); ++part) inside /= *part;
-    candidates = {root / rest, root / inside, root / "robots" / rest};
-    for (fs::path folder = urdf.parent_path(); !folder.empty() && folder != folder.root_path();
-         folder = folder.parent_path()) {
-      if (folder.filename() == *rest.begin()) candidates.push_back(folder / inside);
-    }
-  } else if (name.rfind(file, 0) == 0) {
-    candidates = {name.substr(file.size())};
-  } else {
-    candidates = {urdf.parent_path() / name};
-  }
-  std::error_code error;
-  for (const fs::path& candidate : candidates) {
-    if (fs::is_regular_file(candidate, error)) return candidate;
-  }
-  throw Unreadable(urdf.string(), "mesh \"" + name + "\" not found");
-}
-
 /// Meshes by file and scale: hands share their finger's.
 class MeshStore {
  public:
