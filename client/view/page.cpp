@@ -17,7 +17,8 @@ extern const char kViewerPageEnd[];
 asm(".section .rodata\n"
     ".global kViewerPage\n"
     "kViewerPage:\n"
-    ".incbin \"" HANDOVER_VIEWER_PAGE "\"\n"
+    ".incbin \"" HANDOVER_VIEWER_PAGE
+    "\"\n"
     ".global kViewerPageEnd\n"
     "kViewerPageEnd:\n"
     ".byte 0\n"
@@ -66,6 +67,7 @@ class PageFiles {
   }
 
   Json files() { return std::move(files_); }
+
   Json meshes() { return std::move(meshes_); }
 
  private:
@@ -121,9 +123,8 @@ std::string planPage(const std::string& plan_text, const fs::path& root) {
   const std::string_view marker = "@DATA@";
   const std::size_t at = page.rfind(marker);
   return std::string(page.substr(0, at)) + "{\"files\":" + embeddable(files.files().dump()) +
-         ",\"meshes\":" + embeddable(files.meshes().dump()) +
-         ",\"plan\":" + embeddable(plan_text) + "}" +
-         std::string(page.substr(at + marker.size()));
+         ",\"meshes\":" + embeddable(files.meshes().dump()) + ",\"plan\":" + embeddable(plan_text) +
+         "}" + std::string(page.substr(at + marker.size()));
 }
 
 }  // namespace handover::view

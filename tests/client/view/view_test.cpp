@@ -6,7 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
+#include <algorithm>
+#include <filesystem>
 
 namespace handover::verify::test {
 namespace {
@@ -24,7 +25,7 @@ class View : public testing::Test {
 
   Finished view(const Json& plan, const std::vector<std::string>& more = {}) const {
     cell_.write("plan.json", plan.dump());
-    std::vector<std::string> command{HANDOVERCTL,       "view",   path("plan.json"),   "-o",
+    std::vector<std::string> command{HANDOVERCTL,       "view",   path("plan.json"),    "-o",
                                      path("plan.html"), "--root", cell_.root().string()};
     command.insert(command.end(), more.begin(), more.end());
     return handover::test::run(command);
@@ -84,6 +85,48 @@ TEST_F(View, PageRunsInABrowser) {
   EXPECT_NE(seen["link_after_click"], seen["link_at_start"]);
   EXPECT_GT(seen["colours"], 100) << "the picture is blank";
   EXPECT_GT(std::filesystem::file_size(path("start.png")), 10'000u);
+}
+
+TEST_F(View, RecordingIsReadByFoxglovesDecoder) {
+  const Finished made = view(cell_.plan(), {"-o", path("plan.mcap")});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const Finished read = handover::test::run({NODE, READ_MCAP, path("plan.mcap")}, {}, 60s);
+  ASSERT_EQ(read.status, 0) << read.err;
+  const Json seen = Json::parse(read.out);
+  EXPECT_EQ(seen["header"]["profile"], "ros2");
+  EXPECT_TRUE(seen["done"]);
+  EXPECT_TRUE(seen["ordered"]);
+
+  const Json plan = cell_.plan()["plan"];
+  const Json& last_stage = plan["stages"].back();
+  const double duration = last_stage["start"].get<double>() + last_stage["t"].back().get<double>();
+  const Json& joints = seen["topics"]["/joint_states/r"];
+  EXPECT_EQ(joints["type"], "sensor_msgs/msg/JointState");
+  EXPECT_NEAR(joints["count"], 30 * duration, 2);
+  EXPECT_NEAR(joints["last_time"], duration, 1e-6);
+  // The receiver's last stage ends where its joints say.
+  for (std::size_t j = 0; j < last_stage["joints"].size(); ++j) {
+    const auto& names = joints["last"]["name"];
+    const auto at = std::find(names.begin(), names.end(), last_stage["joints"][j]) - names.begin();
+    EXPECT_NEAR(joints["last"]["position"][static_cast<std::size_t>(at)],
+                last_stage["q"].back()[j].get<double>(), 1e-9);
+  }
+  // The object goes from its start to its goal.
+  const auto objectIn = [&](const Json& message) {
+    for (const Json& transform : message["transforms"]) {
+      if (transform["child_frame_id"] == plan["object"])
+        return transform["transform"]["translation"];
+    }
+    return Json();
+  };
+  const Json& tf = seen["topics"]["/tf"];
+  EXPECT_NEAR(objectIn(tf["first"])["x"], plan["X_WO_start"]["xyz"][0].get<double>(), 1e-9);
+  EXPECT_NEAR(objectIn(tf["last"])["y"], plan["X_WO_goal"]["xyz"][1].get<double>(), 1e-3);
+  EXPECT_EQ(seen["topics"]["/stage"]["count"], 14);
+  EXPECT_EQ(seen["topics"]["/stage"]["last"]["data"], "receiver_retreat");
+  const Json& markers = seen["topics"]["/scene"]["first"]["markers"];
+  EXPECT_GT(markers.size(), plan["objects"].size());
+  for (const Json& marker : markers) EXPECT_EQ(marker["points"].size() % 3, 0u);
 }
 
 }  // namespace
