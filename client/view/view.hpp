@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a plan is shown as, chosen by the name of the file that it goes to.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace handover::view {
+
+/// Whether the name ends in what planView() can write: .html or .mcap.
+bool knowsFormat(const std::filesystem::path& output);
+
+/// The content of `output`: a page (.html) or a recording (.mcap) of a plan file's text.
+/// @param root folder that the plan's paths are relative to; empty: the installed share, else the
+/// repository.
+/// @throws verify::Unreadable when the plan or a file that it names cannot be read.
+/// @pre knowsFormat(output).
+std::string planView(const std::string& plan_text, const std::filesystem::path& output,
+                     const std::filesystem::path& root);
+
+}  // namespace handover::view
