@@ -6,13 +6,18 @@
 #include "output_file.hpp"
 #include "report.hpp"
 #include "signals.hpp"
+#include "verify/plan_file.hpp"
 #include "verify/state_obj.hpp"
 #include "verify/unreadable.hpp"
+#include "view/page.hpp"
+#include "view/view.hpp"
 
 #include <handover/client/client.hpp>
 #include <handover/client/plan_file.hpp>
 
 #include <condition_variable>
+#include <deque>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <mutex>
@@ -164,18 +169,42 @@ int runCells(const CommonOptions& common) {
   });
 }
 
+namespace {
+
+/// A file that is made from a plan file's text.
+struct Product {
+  std::string file;
+  std::function<std::string(const std::string& plan_text)> make;
+};
+
+std::vector<Product> productsOf(const PlanOptions& options) {
+  std::vector<Product> products;
+  if (!options.output.empty()) {
+    products.push_back({options.output, [](const std::string& text) { return text; }});
+  }
+  for (const StateDump& dump : options.dumps) {
+    products.push_back({dump.file, [&options, &dump](const std::string& text) {
+                          return verify::stateObj(text, options.root, dump.kind);
+                        }});
+  }
+  if (!options.html.empty()) {
+    products.push_back({options.html, [&options](const std::string& text) {
+                          return view::planPage(text, options.root);
+                        }});
+  }
+  return products;
+}
+
+}  // namespace
+
 int runPlan(const CommonOptions& common, const PlanOptions& options) {
   // Opened before the daemon is asked: a plan that cannot be kept need not be made.
-  std::optional<OutputFile> output;
-  if (!options.output.empty()) output.emplace(options.output);
-  std::vector<std::unique_ptr<OutputFile>> dumps;
-  for (const StateDump& dump : options.dumps)
-    dumps.push_back(std::make_unique<OutputFile>(dump.file));
-  if (output && !output->writable())
-    return fail(common, kExitConfiguration, "cannot write " + options.output);
-  for (std::size_t i = 0; i < dumps.size(); ++i) {
-    if (!dumps[i]->writable())
-      return fail(common, kExitConfiguration, "cannot write " + options.dumps[i].file);
+  const std::vector<Product> products = productsOf(options);
+  std::deque<OutputFile> files;
+  for (const Product& product : products) {
+    if (!files.emplace_back(product.file).writable()) {
+      return fail(common, kExitConfiguration, "cannot write " + product.file);
+    }
   }
   return withClient(common, [&](Client& client) -> int {
     std::mutex mutex;  // guards handle, stopped
@@ -208,21 +237,34 @@ int runPlan(const CommonOptions& common, const PlanOptions& options) {
     if (!std::holds_alternative<Done>(outcome)) return exitCodeOf(outcome);
     if (!report->plan().complete())
       return fail(common, kExitInternal, "the daemon sent no whole plan");
-    if (output && !output->commit(report->plan().text())) {
-      return fail(common, kExitConfiguration, "cannot write " + options.output);
-    }
-    for (std::size_t i = 0; i < dumps.size(); ++i) {
-      const StateDump& dump = options.dumps[i];
+    const std::string text = report->plan().text();
+    for (std::size_t i = 0; i < products.size(); ++i) {
       try {
-        if (!dumps[i]->commit(verify::stateObj(report->plan().text(), options.root, dump.kind))) {
-          return fail(common, kExitConfiguration, "cannot write " + dump.file);
+        if (!files[i].commit(products[i].make(text))) {
+          return fail(common, kExitConfiguration, "cannot write " + products[i].file);
         }
       } catch (const verify::Unreadable& fault) {
-        return fail(common, kExitUsage, "state at " + dump.kind + ": " + fault.what());
+        return fail(common, kExitUsage, products[i].file + ": " + fault.what());
       }
     }
     return kExitDone;
   });
+}
+
+int runView(const CommonOptions& common, const ViewOptions& options) {
+  OutputFile output(options.output);
+  if (!output.writable()) {
+    return fail(common, kExitConfiguration, "cannot write " + options.output);
+  }
+  try {
+    const std::string text = verify::readPlanText(options.plan);
+    if (!output.commit(view::planView(text, options.output, options.root))) {
+      return fail(common, kExitConfiguration, "cannot write " + options.output);
+    }
+  } catch (const verify::Unreadable& fault) {
+    return fail(common, kExitUsage, fault.what());
+  }
+  return kExitDone;
 }
 
 int runWatch(const CommonOptions& common, const std::optional<RequestId>& id) {

@@ -41,8 +41,9 @@ struct StateDump {
 struct PlanOptions {
   PlanRequest request;
   std::string output;  ///< plan file, or empty
+  std::string html;    ///< page that shows the plan, or empty
   std::vector<StateDump> dumps;
-  std::filesystem::path root;  ///< of the paths in a plan; needed for dumps only
+  std::filesystem::path root;  ///< of the paths in a plan; needed for dumps and pages only
 };
 
 struct ExperimentOptions {
@@ -56,9 +57,17 @@ struct ExperimentOptions {
   bool verify = false;   ///< every plan, by handover-verify
 };
 
+struct ViewOptions {
+  std::string plan;            ///< plan file
+  std::string output;          ///< .html or .mcap
+  std::filesystem::path root;  ///< of the paths in the plan; empty: found
+};
+
 int runStatus(const CommonOptions& common);
 int runCells(const CommonOptions& common);
 int runPlan(const CommonOptions& common, const PlanOptions& options);
+/// Makes a page or a recording of a plan file; asks no daemon.
+int runView(const CommonOptions& common, const ViewOptions& options);
 /// Watches one request until its outcome, or all until a signal.
 int runWatch(const CommonOptions& common, const std::optional<RequestId>& id);
 int runCancel(const CommonOptions& common, const RequestId& id);

@@ -3,6 +3,7 @@
 #include "commands.hpp"
 #include "verify/root.hpp"
 #include "verify/state_obj.hpp"
+#include "view/view.hpp"
 
 #include <handover/client/client.hpp>
 #include <handover/common/domain.hpp>
@@ -82,7 +83,7 @@ struct PlanFlags {
   SearchFlags search;
   std::vector<std::string> set;
   std::vector<std::pair<std::string, std::string>> dumps;  ///< kind, file
-  std::string html, root;
+  std::string root;
   double deadline_s = 0;
   CLI::Option* deadline = nullptr;
 };
@@ -113,10 +114,12 @@ void addPlan(CLI::App& app, PlanFlags& flags) {
          "Wavefront OBJ: collision shapes in the world, a group each; may repeat")
       ->type_name("KIND FILE")
       ->allow_extra_args(false);
-  app.add_option("--root", flags.root,
-                 "Folder that the plan's paths are relative to, for --dump-state (default: the "
-                 "installed share, else the repository)");
-  app.add_option("--html", flags.html, "Write a page that shows the plan");
+  app.add_option(
+      "--root", flags.root,
+      "Folder that the plan's paths are relative to, for --dump-state and --html (default: "
+      "the installed share, else the repository)");
+  app.add_option("--html", flags.options.html, "Write a page that shows the plan")
+      ->check(checkNotEmpty);
 }
 
 PlanOptions finish(const PlanFlags& flags) {
@@ -129,7 +132,7 @@ PlanOptions finish(const PlanFlags& flags) {
     options.dumps.push_back({kind, file});
   }
   options.root = flags.root.empty() ? verify::defaultRoot() : std::filesystem::path(flags.root);
-  if (!options.dumps.empty() && options.root.empty()) {
+  if ((!options.dumps.empty() || !options.html.empty()) && options.root.empty()) {
     throw CLI::ValidationError("--root",
                                "is needed: neither an installed share nor the repository is here");
   }
@@ -174,6 +177,20 @@ void addExperiment(CLI::App& app, ExperimentFlags& flags) {
   app.add_option("--html", flags.html, "Write a page that shows the experiment");
 }
 
+std::string checkView(const std::string& text) {
+  return view::knowsFormat(text) ? "" : "must end in .html or .mcap";
+}
+
+void addView(CLI::App& app, ViewOptions& options) {
+  app.add_option("PLAN", options.plan, "Plan file")->required()->check(checkNotEmpty);
+  app.add_option("-o,--output", options.output, "A page (.html) or a recording (.mcap)")
+      ->required()
+      ->check(checkView);
+  app.add_option("--root", options.root,
+                 "Folder that the plan's paths are relative to (default: the installed share, else "
+                 "the repository)");
+}
+
 int notBuiltYet(const std::string& what) {
   std::cerr << "handoverctl: not built yet: " << what << std::endl;
   return kExitConfiguration;
@@ -211,11 +228,12 @@ int run(int argc, char** argv) {
   auto* experiment = app.add_subcommand("experiment", "Plan many varied requests");
   ExperimentFlags experiment_flags;
   addExperiment(*experiment, experiment_flags);
-  auto* view = app.add_subcommand("view", "Make a page that shows a plan");
-  for (auto* later : {scene, view}) {
-    later->fallthrough(false)->allow_extras();
-    later->set_version_flag("--version", version);
-  }
+  auto* view =
+      app.add_subcommand("view", "Show a plan file: a page (.html) or a recording (.mcap)");
+  ViewOptions view_options;
+  addView(*view, view_options);
+  scene->fallthrough(false)->allow_extras();
+  scene->set_version_flag("--version", version);
 
   try {
     app.parse(argc, argv);
@@ -237,10 +255,8 @@ int run(int argc, char** argv) {
   if (cells->parsed()) return runCells(common);
   if (watch->parsed()) return runWatch(common, request);
   if (cancel->parsed()) return runCancel(common, *request);
-  if (plan->parsed()) {
-    if (!flags.html.empty()) return notBuiltYet("--html");
-    return runPlan(common, options);
-  }
+  if (plan->parsed()) return runPlan(common, options);
+  if (view->parsed()) return runView(common, view_options);
   if (experiment->parsed()) {
     if (!experiment_flags.html.empty()) return notBuiltYet("--html");
     setSearch(experiment_flags.search, experiment_flags.options.request);

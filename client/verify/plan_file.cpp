@@ -413,8 +413,10 @@ Plan parsePlan(std::string_view text) {
   return plan;
 }
 
-Plan readPlan(const std::filesystem::path& file) {
-  return parsePlan(readFile(file, kMaxFileBytes));
+std::string readPlanText(const std::filesystem::path& file) {
+  return readFile(file, kMaxFileBytes);
 }
+
+Plan readPlan(const std::filesystem::path& file) { return parsePlan(readPlanText(file)); }
 
 }  // namespace handover::verify

@@ -81,7 +81,10 @@ struct Plan {
 /// @throws Unreadable naming the field as a JSON pointer.
 Plan parsePlan(std::string_view text);
 
-/// @throws Unreadable also when the file cannot be opened or is too large.
+/// The text of a plan file. @throws Unreadable when it cannot be opened or is too large.
+std::string readPlanText(const std::filesystem::path& file);
+
+/// Both. @throws Unreadable
 Plan readPlan(const std::filesystem::path& file);
 
 }  // namespace handover::verify

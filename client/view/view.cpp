@@ -2,7 +2,7 @@
 #include "view/view.hpp"
 
 #include "verify/checks.hpp"
-#include "verify/input_file.hpp"
+#include "verify/root.hpp"
 #include "verify/unreadable.hpp"
 #include "view/mcap.hpp"
 #include "view/page.hpp"

@@ -97,8 +97,8 @@ INSTANTIATE_TEST_SUITE_P(
         Usage{"experiment c --stretch -1", 2}, Usage{"experiment c --stretch nan", 2},
         Usage{"experiment c --seed x", 2}, Usage{"experiment c --mode fastest", 2},
         Usage{"experiment c extra", 2}, Usage{"experiment c --html page.html", 3},
-        Usage{"view plan.json -o plan.html", 3}, Usage{"plan --cell c --html plan.html", 3},
-        Usage{"plan --cell c --dump-state giver_grasp", 2},
+        Usage{"view none.json -o plan.html", 2}, Usage{"view none.json", 2},
+        Usage{"view none.json -o plan.txt", 2}, Usage{"plan --cell c --dump-state giver_grasp", 2},
         Usage{"plan --cell c --dump-state giver_nap cup.obj", 2},
         Usage{"plan --cell c --dump-state start cup.obj extra", 2}));
 

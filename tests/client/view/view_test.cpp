@@ -23,12 +23,10 @@ class View : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return (cell_.root() / name).string(); }
 
-  Finished view(const Json& plan, const std::vector<std::string>& more = {}) const {
+  Finished view(const Json& plan, const std::string& output = "plan.html") const {
     cell_.write("plan.json", plan.dump());
-    std::vector<std::string> command{HANDOVERCTL,       "view",   path("plan.json"),    "-o",
-                                     path("plan.html"), "--root", cell_.root().string()};
-    command.insert(command.end(), more.begin(), more.end());
-    return handover::test::run(command);
+    return handover::test::run({HANDOVERCTL, "view", path("plan.json"), "-o", path(output),
+                                "--root", cell_.root().string()});
   }
 
   const GantryCell cell_;
@@ -64,7 +62,7 @@ TEST_F(View, SaysWhatItCannotReadOrWrite) {
   EXPECT_THAT(view(plan).err, HasSubstr("robots/none.urdf: no such file"));
   EXPECT_EQ(view(plan).status, 2);
 
-  const Finished nowhere = view(cell_.plan(), {"-o", path("none/plan.html")});
+  const Finished nowhere = view(cell_.plan(), "none/plan.html");
   EXPECT_EQ(nowhere.status, 3);
   EXPECT_THAT(nowhere.err, HasSubstr("none/plan.html"));
 }
@@ -88,7 +86,7 @@ TEST_F(View, PageRunsInABrowser) {
 }
 
 TEST_F(View, RecordingIsReadByFoxglovesDecoder) {
-  const Finished made = view(cell_.plan(), {"-o", path("plan.mcap")});
+  const Finished made = view(cell_.plan(), "plan.mcap");
   ASSERT_EQ(made.status, 0) << made.err;
   const Finished read = handover::test::run({NODE, READ_MCAP, path("plan.mcap")}, {}, 60s);
   ASSERT_EQ(read.status, 0) << read.err;
