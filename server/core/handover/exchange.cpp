@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace handover {
 namespace {
@@ -15,6 +16,13 @@ constexpr std::array<double, 3> kLift{0.08, 0.05,
                                       0.03};  // lift, last descent [m]: first that works
 constexpr std::uint64_t kRouteAttempts = 4;   // trees grown for one route
 constexpr double kFairDetour = 1.4;           // way over straight way that needs no other tree
+constexpr double kRounding = 0.05;  // corners of routes can be cut by so much when timed [rad]
+// Farther back than a straight approach, and up: where a hand gets round an object [m].
+constexpr std::array<double, 2> kFartherBack{0.12, 0.25};
+constexpr std::array<double, 2> kHigher{0.12, 0.25};
+constexpr double kFarthestVia = 1.5;  // of one joint, from the end that it is back or up from [rad]
+constexpr double kFairVia = 1.6;      // time through a via configuration over the straight way's
+constexpr std::uint32_t kDirectGoals = 4;  // goals tried without a tree
 
 std::uint64_t mix(std::uint64_t x) {  // splitmix64's finaliser
   x += 0x9e3779b97f4a7c15ull;
@@ -38,6 +46,21 @@ JointPath joined(JointPath first, const JointPath& second) {
 Pose raised(Pose X, double height) {
   X.translation().z() += height;
   return X;
+}
+
+/// How long [s] an arm takes from rest to rest at the waypoints' corners.
+double timeOf(const Role& role, const std::vector<ArmVector>& waypoints) {
+  double time = 0;
+  for (std::size_t i = 1; i < waypoints.size(); ++i) {
+    double slowest = 0;
+    for (Eigen::Index j = 0; j < waypoints[i].size(); ++j) {
+      const double way = std::abs(waypoints[i][j] - waypoints[i - 1][j]);
+      const double v = role.kinematics->velocity()[j], a = role.kinematics->acceleration()[j];
+      slowest = std::max(slowest, way * a < v * v ? 2 * std::sqrt(way / a) : way / v + v / a);
+    }
+    time += slowest;
+  }
+  return time;
 }
 
 /// A path's way in joint space over the straight one from end to end, both as travel times; 1 if
@@ -119,7 +142,57 @@ MotionProblem ExchangePlanner::motionProblem(const Role& role, StateChecker& che
   motion.valid_between = [&checker](const ArmVector& from, const ArmVector& to) {
     return checker.validAlong(SegmentMotion(from, to));
   };
+  motion.rounding = kRounding;
   return motion;
+}
+
+std::vector<ArmVector> ExchangePlanner::viasBetween(const Role& role, const ArmVector& from,
+                                                    const ArmVector& to) const {
+  std::vector<ArmVector> vias;
+  // Past the object and out of what stands about it: back or up from one of the ends.
+  for (const ArmVector* end : {&from, &to}) {
+    const Pose X_WT = role.toolPose(*end);
+    const auto add = [&](const Pose& X_WT_via) {
+      ArmVector q;
+      if (role.kinematics->follow(role.worldToArm(X_WT_via), *end, kFarthestVia, q)) {
+        vias.push_back(q);
+      }
+    };
+    for (const double distance : kFartherBack) add(role.backedOff(X_WT, distance));
+    for (const double height : kHigher) add(raised(X_WT, height));
+  }
+  // Some joints first, then the others.
+  for (Eigen::Index k = 1; k < from.size(); ++k) {
+    ArmVector near_first = from, far_first = to;
+    near_first.head(k) = to.head(k);
+    far_first.head(k) = from.head(k);
+    vias.push_back(near_first);
+    vias.push_back(far_first);
+  }
+  return vias;
+}
+
+std::optional<JointPath> ExchangePlanner::throughVia(const Role& role, const MotionProblem& motion,
+                                                     const ArmVector& from,
+                                                     const ArmVector& to) const {
+  if (segmentValid(motion, from, to)) return JointPath{{from, to}};
+  std::vector<std::pair<double, JointPath>> paths;
+  for (ArmVector& via : viasBetween(role, from, to)) {
+    JointPath path{{from, std::move(via), to}};
+    paths.emplace_back(timeOf(role, path.waypoints), std::move(path));
+  }
+  std::stable_sort(paths.begin(), paths.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  const double most = kFairVia * timeOf(role, {from, to});
+  for (auto& [time, path] : paths) {
+    if (time > most || deadline_.over()) break;
+    const ArmVector& via = path.waypoints[1];
+    if (segmentValid(motion, from, via) && segmentValid(motion, via, to) &&
+        cornerValid(motion, from, via, to)) {
+      return std::move(path);
+    }
+  }
+  return std::nullopt;
 }
 
 std::optional<JointPath> ExchangePlanner::straight(const Role& role, const ArmVector& q,
@@ -155,7 +228,18 @@ std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVect
                                                  const GoalSampler& goals, StateChecker& checker,
                                                  StageKind kind, int grasp, std::uint32_t* goal) {
   const MotionProblem motion = motionProblem(role, checker);
+  // Most ways are simple. First without a tree.
+  ArmVector to;
+  if (!checker.valid(from)) return std::nullopt;
+  for (std::uint32_t i = 0; i < kDirectGoals && goals(i, to); ++i) {
+    if (!checker.valid(to)) continue;
+    if (auto path = throughVia(role, motion, from, to)) {
+      if (goal != nullptr) *goal = i;
+      return path;
+    }
+  }
   IkBiRrtSettings settings;
+  settings.direct_goals = 0;
   settings.max_iterations = budget_.rrt_iterations;
   std::uint32_t found_goal = 0;
   const auto attempt = [&](std::uint64_t seed) -> std::optional<JointPath> {

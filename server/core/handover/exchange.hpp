@@ -127,7 +127,13 @@ class ExchangePlanner {
                                   StateChecker& checker);
   std::optional<JointPath> route(const Role& role, const ArmVector& from, const ArmVector& to,
                                  StateChecker& checker, StageKind kind, int grasp);
-  /// IKBiRRT and shortcuts.
+  /// Configurations that a way which is not straight may well lead through.
+  std::vector<ArmVector> viasBetween(const Role& role, const ArmVector& from,
+                                     const ArmVector& to) const;
+  /// The straight way, else the quickest one through one of those, if any.
+  std::optional<JointPath> throughVia(const Role& role, const MotionProblem& motion,
+                                      const ArmVector& from, const ArmVector& to) const;
+  /// The ways of throughVia(), else IKBiRRT and shortcuts.
   std::optional<JointPath> search(const Role& role, const ArmVector& from, const GoalSampler& goals,
                                   StateChecker& checker, StageKind kind, int grasp,
                                   std::uint32_t* goal = nullptr);

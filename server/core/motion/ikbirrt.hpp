@@ -27,6 +27,9 @@ struct MotionProblem {
   /// If given, asked of a straight segment between two valid states instead of `valid` at every
   /// `resolution`.
   std::function<bool(const ArmVector& from, const ArmVector& to)> valid_between;
+  /// Corners that are made on purpose, by cuts and at via configurations, can be rounded by this
+  /// [rad]: the parabola that passes a corner at that distance is valid, too. 0: not asked for.
+  double rounding = 0;
 };
 
 struct IkBiRrtSettings {
@@ -61,5 +64,9 @@ JointPath shortcut(const MotionProblem& problem, const JointPath& path, std::uin
 
 /// True when the straight joint segment is valid at the problem's resolution (ends included).
 bool segmentValid(const MotionProblem& problem, const ArmVector& from, const ArmVector& to);
+
+/// True when the corner of two valid segments can be rounded as the problem asks for.
+bool cornerValid(const MotionProblem& problem, const ArmVector& before, const ArmVector& corner,
+                 const ArmVector& after);
 
 }  // namespace handover

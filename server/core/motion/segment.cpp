@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/motion/segment.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace handover {
@@ -27,6 +28,22 @@ bool restOfSegmentValid(const MotionProblem& problem, const ArmVector& from, con
 
 bool segmentValid(const MotionProblem& problem, const ArmVector& from, const ArmVector& to) {
   return from.allFinite() && problem.valid(from) && restOfSegmentValid(problem, from, to);
+}
+
+bool cornerValid(const MotionProblem& problem, const ArmVector& before, const ArmVector& corner,
+                 const ArmVector& after) {
+  if (problem.rounding <= 0) return true;
+  const ArmVector in = corner - before, out = after - corner;
+  const double length_in = in.norm(), length_out = out.norm();
+  if (!(length_in > 0) || !(length_out > 0)) return true;
+  const double turn = (out / length_out - in / length_in).norm();
+  // As the timing does it: the parabola passes the corner at a distance of half * turn / 4, and
+  // takes no more than half of a segment.
+  double half = 0.5 * std::min(length_in, length_out);
+  if (half * turn > 4 * problem.rounding) half = 4 * problem.rounding / turn;
+  const ArmVector from = corner - half / length_in * in, to = corner + half / length_out * out;
+  const ArmVector apex = 0.25 * (from + to) + 0.5 * corner;
+  return restOfSegmentValid(problem, from, apex) && restOfSegmentValid(problem, apex, to);
 }
 
 }  // namespace handover

@@ -47,13 +47,29 @@ bool skipVertices(const MotionProblem& problem, Waypoints& path, bool recheck,
   Waypoints kept{path.front()};
   for (std::size_t i = 0; i + 1 < path.size();) {
     std::size_t next = std::min(path.size() - 1, i + kLookAhead);
-    while (next > i + 1 && (deadline.over() || !segmentValid(problem, path[i], path[next]))) --next;
+    const auto skips = [&] {
+      return segmentValid(problem, path[i], path[next]) &&
+             (kept.size() < 2 || cornerValid(problem, kept[kept.size() - 2], path[i], path[next]));
+    };
+    while (next > i + 1 && (deadline.over() || !skips())) --next;
     if (recheck && next == i + 1 && !segmentValid(problem, path[i], path[next])) return false;
     kept.push_back(path[next]);
     i = next;
   }
   path = std::move(kept);
   return true;
+}
+
+// The corners that a segment from `a` to `b` makes with what is left of the path.
+bool cornersValid(const MotionProblem& problem, const Waypoints& path, const Place& a,
+                  const Place& b) {
+  const bool keep_a = a.fraction > 0, keep_b = b.fraction < 1;
+  if (keep_a || a.vertex > 0) {
+    const ArmVector& before = path[keep_a ? a.vertex : a.vertex - 1];
+    if (!cornerValid(problem, before, a.q, b.q)) return false;
+  }
+  const std::size_t next = keep_b ? b.vertex + 1 : b.vertex + 2;
+  return next >= path.size() || cornerValid(problem, a.q, b.q, path[next]);
 }
 
 // Joins two places by a straight segment if that is shorter and valid. What is left of the two
@@ -67,6 +83,7 @@ bool cut(const MotionProblem& problem, Waypoints& path, const Place& a, const Pl
   if ((b.q - a.q).norm() > old - kLeastGain) return false;
   if (!segmentValid(problem, a.q, b.q)) return false;
   const bool keep_a = a.fraction > 0, keep_b = b.fraction < 1;
+  if (!cornersValid(problem, path, a, b)) return false;
   if (strict && keep_a && !segmentValid(problem, path[a.vertex], a.q)) return false;
   if (strict && keep_b && !segmentValid(problem, b.q, path[b.vertex + 1])) return false;
   Waypoints shorter(path.begin(), path.begin() + static_cast<std::ptrdiff_t>(a.vertex) + 1);
