@@ -2,6 +2,7 @@
 #include "core/handover/exchange.hpp"
 
 #include "core/motion/straight.hpp"
+#include "core/motion/via_search.hpp"
 
 #include <algorithm>
 #include <array>
@@ -17,11 +18,14 @@ constexpr std::array<double, 3> kLift{0.08, 0.05,
 constexpr std::uint64_t kRouteAttempts = 4;   // trees grown for one route
 constexpr double kFairDetour = 1.4;           // way over straight way that needs no other tree
 constexpr double kRounding = 0.05;  // corners of routes can be cut by so much when timed [rad]
-// Farther back than a straight approach, and up: where a hand gets round an object [m].
-constexpr std::array<double, 2> kFartherBack{0.12, 0.25};
+// Farther back than a straight approach, to the sides from there, and up: where a hand gets round
+// an object [m].
+constexpr std::array<double, 3> kFartherBack{0.05, 0.12, 0.25};
+constexpr double kAside = 0.12;
 constexpr std::array<double, 2> kHigher{0.12, 0.25};
 constexpr double kFarthestVia = 1.5;  // of one joint, from the end that it is back or up from [rad]
-constexpr double kFairVia = 1.6;      // time through a via configuration over the straight way's
+constexpr double kCornerTime = 0.5;   // what a corner costs, about [s]
+constexpr double kMostCorners = 4;
 constexpr std::uint32_t kDirectGoals = 4;  // goals tried without a tree
 
 std::uint64_t mix(std::uint64_t x) {  // splitmix64's finaliser
@@ -46,21 +50,6 @@ JointPath joined(JointPath first, const JointPath& second) {
 Pose raised(Pose X, double height) {
   X.translation().z() += height;
   return X;
-}
-
-/// How long [s] an arm takes from rest to rest at the waypoints' corners.
-double timeOf(const Role& role, const std::vector<ArmVector>& waypoints) {
-  double time = 0;
-  for (std::size_t i = 1; i < waypoints.size(); ++i) {
-    double slowest = 0;
-    for (Eigen::Index j = 0; j < waypoints[i].size(); ++j) {
-      const double way = std::abs(waypoints[i][j] - waypoints[i - 1][j]);
-      const double v = role.kinematics->velocity()[j], a = role.kinematics->acceleration()[j];
-      slowest = std::max(slowest, way * a < v * v ? 2 * std::sqrt(way / a) : way / v + v / a);
-    }
-    time += slowest;
-  }
-  return time;
 }
 
 /// A path's way in joint space over the straight one from end to end, both as travel times; 1 if
@@ -158,7 +147,17 @@ std::vector<ArmVector> ExchangePlanner::viasBetween(const Role& role, const ArmV
         vias.push_back(q);
       }
     };
-    for (const double distance : kFartherBack) add(role.backedOff(X_WT, distance));
+    for (const double distance : kFartherBack) {
+      const Pose X_WT_back = role.backedOff(X_WT, distance);
+      add(X_WT_back);
+      for (int axis = 0; axis < 3; ++axis) {
+        Eigen::Vector3d aside = kAside * Eigen::Vector3d::Unit(axis);
+        if (std::abs(role.arm_model->approach_axis.dot(aside)) > 0.5 * kAside) continue;
+        for (const double side : {1.0, -1.0}) {
+          add(X_WT_back * Eigen::Translation3d(side * aside));
+        }
+      }
+    }
     for (const double height : kHigher) add(raised(X_WT, height));
   }
   // Some joints first, then the others.
@@ -175,24 +174,12 @@ std::vector<ArmVector> ExchangePlanner::viasBetween(const Role& role, const ArmV
 std::optional<JointPath> ExchangePlanner::throughVia(const Role& role, const MotionProblem& motion,
                                                      const ArmVector& from,
                                                      const ArmVector& to) const {
-  if (segmentValid(motion, from, to)) return JointPath{{from, to}};
-  std::vector<std::pair<double, JointPath>> paths;
-  for (ArmVector& via : viasBetween(role, from, to)) {
-    JointPath path{{from, std::move(via), to}};
-    paths.emplace_back(timeOf(role, path.waypoints), std::move(path));
-  }
-  std::stable_sort(paths.begin(), paths.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  const double most = kFairVia * timeOf(role, {from, to});
-  for (auto& [time, path] : paths) {
-    if (time > most || deadline_.over()) break;
-    const ArmVector& via = path.waypoints[1];
-    if (segmentValid(motion, from, via) && segmentValid(motion, via, to) &&
-        cornerValid(motion, from, via, to)) {
-      return std::move(path);
-    }
-  }
-  return std::nullopt;
+  const auto cost = [&](const ArmVector& a, const ArmVector& b) {
+    return travelTime(role, a, b) + kCornerTime;
+  };
+  ViaSettings settings;
+  settings.most = kFairDetour * travelTime(role, from, to) + kMostCorners * kCornerTime;
+  return cheapestWay(motion, from, to, viasBetween(role, from, to), cost, settings, deadline_);
 }
 
 std::optional<JointPath> ExchangePlanner::straight(const Role& role, const ArmVector& q,

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/motion/via_search.hpp"
+
+#include "core/motion/segment.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace handover {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+/// A dense graph over the configurations; edges cost kNever once they are known to be no good.
+class ViaGraph {
+ public:
+  ViaGraph(const MotionProblem& problem, std::vector<ArmVector> nodes, const SegmentCost& cost)
+      : problem_(problem),
+        nodes_(std::move(nodes)),
+        size_(nodes_.size()),
+        costs_(size_ * size_, kNever),
+        known_(size_ * size_, false),
+        node_known_(size_, false) {
+    node_known_[kFrom] = node_known_[kTo] = true;
+    for (std::size_t i = 0; i < size_; ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        costs_[i * size_ + j] = costs_[j * size_ + i] = cost(nodes_[i], nodes_[j]);
+      }
+    }
+  }
+
+  std::optional<JointPath> search(const ViaSettings& settings, const Deadline& deadline) {
+    while (checks_ < settings.most_checks && !deadline.over()) {
+      if (!shortest(settings.most)) return std::nullopt;
+      if (!good()) continue;
+      JointPath path;
+      for (const std::size_t node : way_) path.waypoints.push_back(nodes_[node]);
+      return path;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  static constexpr std::size_t kFrom = 0, kTo = 1;
+
+  /// Dijkstra; the way goes to way_. False if there is none cheaper than `most`.
+  bool shortest(double most) {
+    std::vector<double> distance(size_, kNever);
+    std::vector<std::size_t> before(size_, kFrom);
+    std::vector<bool> done(size_, false);
+    distance[kFrom] = 0;
+    while (true) {
+      std::size_t next = size_;
+      for (std::size_t i = 0; i < size_; ++i) {
+        if (!done[i] && distance[i] < (next == size_ ? kNever : distance[next])) next = i;
+      }
+      if (next == size_ || distance[next] > most) return false;
+      if (next == kTo) break;
+      done[next] = true;
+      for (std::size_t i = 0; i < size_; ++i) {
+        const double by = distance[next] + costs_[next * size_ + i];
+        if (by >= distance[i]) continue;
+        distance[i] = by;
+        before[i] = next;
+      }
+    }
+    way_.assign(1, kTo);
+    while (way_.back() != kFrom) way_.push_back(before[way_.back()]);
+    std::reverse(way_.begin(), way_.end());
+    return true;
+  }
+
+  /// Looks at what is not known of the way, the cheap things first.
+  bool good() {
+    for (const std::size_t node : way_) {
+      if (node_known_[node]) continue;
+      if (!problem_.valid(nodes_[node])) {
+        for (std::size_t i = 0; i < size_; ++i) drop(i, node);
+        return false;
+      }
+      node_known_[node] = true;
+    }
+    for (std::size_t i = 1; i < way_.size(); ++i) {
+      const std::size_t a = way_[i - 1], b = way_[i];
+      if (known_[a * size_ + b]) continue;
+      ++checks_;
+      if (!restOfSegmentValid(problem_, nodes_[a], nodes_[b])) {
+        drop(a, b);
+        return false;
+      }
+      known_[a * size_ + b] = known_[b * size_ + a] = true;
+    }
+    for (std::size_t i = 1; i + 1 < way_.size(); ++i) {
+      if (!cornerValid(problem_, nodes_[way_[i - 1]], nodes_[way_[i]], nodes_[way_[i + 1]])) {
+        drop(way_[i - 1], way_[i]);
+        return false;
+      }
+    }
+    return true;
+  }
+
+  void drop(std::size_t a, std::size_t b) {
+    costs_[a * size_ + b] = costs_[b * size_ + a] = kNever;
+  }
+
+  const MotionProblem& problem_;
+  const std::vector<ArmVector> nodes_;
+  const std::size_t size_;
+  std::vector<double> costs_;
+  std::vector<bool> known_;  ///< by pair: the segment is valid
+  std::vector<bool> node_known_;
+  std::vector<std::size_t> way_;
+  std::uint32_t checks_ = 0;
+};
+
+}  // namespace
+
+std::optional<JointPath> cheapestWay(const MotionProblem& problem, const ArmVector& from,
+                                     const ArmVector& to, std::vector<ArmVector> vias,
+                                     const SegmentCost& cost, const ViaSettings& settings,
+                                     const Deadline& deadline) {
+  std::vector<ArmVector> nodes{from, to};
+  nodes.insert(nodes.end(), std::make_move_iterator(vias.begin()),
+               std::make_move_iterator(vias.end()));
+  return ViaGraph(problem, std::move(nodes), cost).search(settings, deadline);
+}
+
+}  // namespace handover
