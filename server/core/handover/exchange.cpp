@@ -280,21 +280,37 @@ CellState ExchangePlanner::holding(CellState state, const Role& role, const Gras
 
 namespace {
 
+/// How a hand is about a grasp: it comes with its fingers as they start and closes them there, or
+/// it holds the object and opens them.
+enum class HandMove { kCloses, kOpens };
+
 /// Tests a grasp with the hand open and closed, everything else as in a state. Each of the two has
 /// a world of its own, so that the scene is set anew only when the grasp changes.
 class GraspChecker : public GraspTest {
  public:
   GraspChecker(const CheckerFactory& open_checkers, const CheckerFactory& closed_checkers,
-               const CellState& state, const Role& role, AllowedContacts open,
+               const CellState& state, const Role& role, HandMove move, AllowedContacts open,
                AllowedContacts closed)
       : role_(role),
         q_(state.q[static_cast<std::size_t>(role.robot)]),
+        move_(move),
         open_(open_checkers.make(state, role, role.arm_model->dofs, open)),
         closed_(closed_checkers.make(state, role, role.arm_model->dofs, closed)) {}
 
   std::optional<BodyPair> handTouches(const Grasp& grasp, const Pose& X_WT) override {
     set(grasp);
     if (auto hit = open_.toolTouches(X_WT)) return hit;
+    if (move_ == HandMove::kCloses) {  // a table beside the object may be in the fingers' way
+      const Eigen::VectorXd from = role_.fingersOf(q_);
+      for (const double part : {0.33, 0.67}) {
+        closed_.setPosture(role_.robot, role_.withFingers(q_, from + part * (grasp.closed - from)));
+        if (auto hit = closed_.toolTouches(X_WT)) {
+          grasp_ = nullptr;
+          return hit;
+        }
+      }
+      closed_.setPosture(role_.robot, role_.withFingers(q_, grasp.closed));
+    }
     return closed_.toolTouches(X_WT);
   }
 
@@ -309,12 +325,14 @@ class GraspChecker : public GraspTest {
   void set(const Grasp& grasp) {
     if (&grasp == grasp_) return;
     grasp_ = &grasp;
-    open_.setPosture(role_.robot, role_.withFingers(q_, grasp.open));
+    open_.setPosture(role_.robot,
+                     move_ == HandMove::kCloses ? q_ : role_.withFingers(q_, grasp.open));
     closed_.setPosture(role_.robot, role_.withFingers(q_, grasp.closed));
   }
 
   const Role& role_;
   RobotVector q_;
+  HandMove move_;
   const Grasp* grasp_ = nullptr;
   StateChecker open_, closed_;
 };
@@ -322,8 +340,8 @@ class GraspChecker : public GraspTest {
 }  // namespace
 
 PrunedGrasps ExchangePlanner::pruneGiverAtStart(const PruneEffort& effort) {
-  GraspChecker test(checkers_, spare_checkers_, start_, giver_, {.start_rest = true},
-                    {.giver_hand = true, .start_rest = true});
+  GraspChecker test(checkers_, spare_checkers_, start_, giver_, HandMove::kCloses,
+                    {.start_rest = true}, {.giver_hand = true, .start_rest = true});
   const ArmVector home = giver_.armOf(start_.q[static_cast<std::size_t>(giver_.robot)]);
   const auto cost = [&](int, const ArmVector& q) { return travelTime(giver_, home, q); };
   return pruneGrasps(giver_, *problem_.collision, start_.X_WO, {}, cost, test, effort, deadline_);
@@ -332,8 +350,8 @@ PrunedGrasps ExchangePlanner::pruneGiverAtStart(const PruneEffort& effort) {
 PrunedGrasps ExchangePlanner::pruneReceiverAtGoal(const PruneEffort& effort) {
   CellState state = start_;
   state.X_WO = problem_.task.X_WO_goal;
-  GraspChecker test(checkers_, spare_checkers_, state, receiver_, {.goal_rest = true},
-                    {.receiver_hand = true, .goal_rest = true});
+  GraspChecker test(checkers_, spare_checkers_, state, receiver_, HandMove::kOpens,
+                    {.goal_rest = true}, {.receiver_hand = true, .goal_rest = true});
   // The paper's criterion: the dexterity of the placing.
   const auto cost = [&](int, const ArmVector& q) {
     return -receiver_.kinematics->manipulability(q);
@@ -346,7 +364,8 @@ PrunedGrasps ExchangePlanner::pruneReceiverAt(const Pose& X_WH, const FeasibleGr
   state.X_WO = X_WH;
   // With the giver's arm at its start: that is where it has to get to while the receiver stands
   // here.
-  GraspChecker test(checkers_, spare_checkers_, state, receiver_, {}, {.receiver_hand = true});
+  GraspChecker test(checkers_, spare_checkers_, state, receiver_, HandMove::kCloses, {},
+                    {.receiver_hand = true});
   const ArmVector home = receiver_.armOf(start_.q[static_cast<std::size_t>(receiver_.robot)]);
   const auto cost = [&](int, const ArmVector& q) {
     return travelTime(receiver_, home, q) + travelTime(receiver_, q, place.configurations.front());
@@ -373,7 +392,7 @@ PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp
   robot = receiver_.withFingers(receiver_.withArm(std::move(robot), receive.configurations.front()),
                                 graspOf(receiver_, receive).closed);
   const AllowedContacts both{.giver_hand = true, .receiver_hand = true};
-  GraspChecker test(checkers_, spare_checkers_, state, giver_, both, both);
+  GraspChecker test(checkers_, spare_checkers_, state, giver_, HandMove::kOpens, both, both);
   std::vector<int> candidates;
   for (const auto& pick : picks.kept) candidates.push_back(pick.grasp);
   const ArmVector home = giver_.armOf(start_.q[static_cast<std::size_t>(giver_.robot)]);
