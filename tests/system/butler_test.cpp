@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <map>
 #include <sstream>
 #include <utility>
 
@@ -93,8 +94,11 @@ TEST_F(Butler, PlanIsTheSameForAnyThreadsAloneOrAmongOthers) {
   ASSERT_EQ(plan("two.json").status, 0);
   EXPECT_EQ(planText("two.json"), alone);
   // Among three others with other scenes and seeds, before and after it in the queue.
-  const std::vector<std::string> others{"--seed 7", "--set robots.hubo.base.xyz=[1.18,-0.1,0.98]",
-                                        "--search paper --seed 3"};
+  const std::vector<std::pair<std::string, std::string>> others{
+      {"seed.json", "--seed 7"},
+      {"moved.json", "--set robots.hubo.base.xyz=[1.18,-0.1,0.98]"},
+      {"paper.json", "--search paper --seed 3"}};
+  std::map<std::string, std::string> before;
   for (const bool first : {true, false}) {
     std::vector<std::unique_ptr<Process>> running;
     const auto start = [&](const std::string& name, const std::string& more) {
@@ -102,10 +106,41 @@ TEST_F(Butler, PlanIsTheSameForAnyThreadsAloneOrAmongOthers) {
           std::make_unique<Process>(ctl("plan --cell butler --output " + file(name) + " " + more)));
     };
     if (first) start("among.json", "");
-    for (const auto& other : others) start("other.json", other);
+    for (const auto& [name, more] : others) start(name, more);
     if (!first) start("among.json", "");
-    for (auto& process : running) ASSERT_TRUE(process->wait(240s).has_value());
+    for (auto& process : running) ASSERT_EQ(process->wait(240s), 0) << process->err();
     EXPECT_EQ(planText("among.json"), alone) << (first ? "first" : "last");
+    for (const auto& [name, more] : others) {
+      const std::string text = planText(name);
+      EXPECT_NE(text, alone) << more;
+      const auto [known, is_new] = before.emplace(name, text);
+      EXPECT_EQ(text, known->second) << more;
+      if (!is_new) continue;
+      const Finished verified = verify(name);
+      EXPECT_EQ(verified.status, 0) << more << '\n' << verified.out;
+    }
+  }
+  const Finished verified = verify("among.json");
+  EXPECT_EQ(verified.status, 0) << verified.out;
+  stop();
+}
+
+TEST_F(Butler, PlanIsTheSameAfterOverridesAndBack) {
+  serve(1);
+  ASSERT_EQ(plan("before.json").status, 0);
+  ASSERT_EQ(plan("moved.json",
+                 "--set robots.hubo.base.xyz=[1.18,-0.1,0.98] "
+                 "--set objects.cup.pose.xyz=[-0.25,-0.75,0.903]")
+                .status,
+            0);
+  ASSERT_EQ(plan("none.json", "--set robots.hubo.base.xyz=[6,-0.3,0.98]").status, 10);
+  ASSERT_EQ(plan("none.json", "--set robots.hubo.base.xyz=[.nan,0,0]").status, 12);
+  ASSERT_EQ(plan("after.json").status, 0);
+  EXPECT_EQ(planText("before.json"), planText("after.json"));
+  EXPECT_NE(planText("before.json"), planText("moved.json"));
+  for (const char* name : {"moved.json", "after.json"}) {
+    const Finished verified = verify(name);
+    EXPECT_EQ(verified.status, 0) << name << '\n' << verified.out;
   }
   stop();
 }

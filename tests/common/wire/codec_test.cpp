@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wire/codec.hpp"
 
+#include "any_stages.hpp"
+#include "property.hpp"
 #include "sample_stages.hpp"
 
 #include <fastdds/rtps/common/SerializedPayload.h>
@@ -69,6 +71,16 @@ TEST(RequestCodec, RoundTrips) {
   const auto back = decode(throughBytes<msg::HandoverRequestPubSubType>(encode(request)));
   ASSERT_TRUE(std::holds_alternative<PlanRequest>(back));
   EXPECT_EQ(std::get<PlanRequest>(back), request);
+}
+
+TEST(RequestCodec, RoundTripsWhateverIsDrawn) {
+  EXPECT_TRUE(test::holds("requests", 200, [] {
+    const PlanRequest request = test::anyRequest();
+    RC_ASSERT(check(request).empty());
+    const auto back = decode(throughBytes<msg::HandoverRequestPubSubType>(encode(request)));
+    RC_ASSERT(std::holds_alternative<PlanRequest>(back));
+    RC_ASSERT(std::get<PlanRequest>(back) == request);
+  }));
 }
 
 TEST(RequestCodec, KeepsWhatIsAbsentAbsent) {
@@ -165,6 +177,19 @@ TEST(StageCodec, RoundTripsEveryPayload) {
   }
 }
 
+TEST(StageCodec, RoundTripsWhateverIsDrawn) {
+  std::array<int, std::variant_size_v<StagePayload>> drawn{};
+  EXPECT_TRUE(test::holds("stages", 400, [&] {
+    const PlanStage stage = test::anyStage();
+    RC_ASSERT(check(stage).empty());
+    const auto back = decode(throughBytes<msg::PlanStagePubSubType>(encode(stage)));
+    RC_ASSERT(std::holds_alternative<PlanStage>(back));
+    RC_ASSERT(std::get<PlanStage>(back) == stage);
+    ++drawn[stage.payload.index()];
+  }));
+  EXPECT_THAT(drawn, testing::Each(testing::Gt(0)));
+}
+
 TEST(StageCodec, RoundTripsEveryReasonAndKind) {
   for (int reason = 1; reason <= static_cast<int>(FailureReason::kInternal); ++reason) {
     const PlanStage stage{RequestId::random(), 0, 0,
@@ -255,6 +280,15 @@ TEST(StatusCodec, RefusesVariationsThatNobodyCouldDraw) {
   EXPECT_FALSE(readable({"a", {0}, {1}, {{0, 0}}, {}}));
   EXPECT_FALSE(readable({"a", {0, 0, 0}, {0, 0, 1}, {{0, kNan}}, {}}));
   EXPECT_FALSE(readable({"a", std::vector<double>(65), std::vector<double>(65), {}, {}}));
+}
+
+TEST(StatusCodec, RoundTripsWhateverIsDrawn) {
+  EXPECT_TRUE(test::holds("statuses", 100, [] {
+    const DaemonStatus status = test::anyStatus();
+    const auto back = decode(throughBytes<msg::DaemonStatusPubSubType>(encode(status)));
+    RC_ASSERT(std::holds_alternative<DaemonStatus>(back));
+    RC_ASSERT(std::get<DaemonStatus>(back) == status);
+  }));
 }
 
 TEST(StatusCodec, RefusesAnUnknownState) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole planning side without DDS: the butler cell from its files to fourteen stages.
-#include "runtime/cell_service.hpp"
-
+#include "butler_service.hpp"
 #include "core/kinematics/arm_kinematics.hpp"
 #include "settings/roots.hpp"
 
@@ -11,111 +10,15 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cstdio>
-#include <cstdlib>
 #include <thread>
 
-namespace handover {
+namespace handover::test {
 namespace {
 
-class Recorder : public StageSink {
- public:
-  void emit(StagePayload payload) override {
-    if (std::getenv("HANDOVER_TEST_VERBOSE") != nullptr) print(payload);
-    stages.push_back(std::move(payload));
-  }
-
-  template <typename T>
-  std::vector<T> all() const {
-    std::vector<T> found;
-    for (const auto& stage : stages) {
-      if (const auto* payload = std::get_if<T>(&stage)) found.push_back(*payload);
-    }
-    return found;
-  }
-
-  std::vector<StagePayload> stages;
-
- private:
-  static void printRejects(const std::vector<RejectCount>& rejects) {
-    for (const auto& r : rejects) {
-      std::fprintf(stderr, "      %u %s %s %s\n", r.count, r.cause.c_str(), r.pair.first.c_str(),
-                   r.pair.second.c_str());
-    }
-  }
-
-  void print(const StagePayload& payload) const {
-    const double elapsed =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin_)
-            .count();
-    std::fprintf(stderr, "[%8.1f ms] ", elapsed);
-    if (const auto* arms = std::get_if<ArmSelected>(&payload)) {
-      std::fprintf(stderr, "arms: %s -> %s\n", arms->giver_arm.c_str(), arms->receiver_arm.c_str());
-      for (const auto& s : arms->scores) {
-        std::fprintf(stderr, "      %s/%s %.4f %s\n", s.robot.c_str(), s.arm.c_str(),
-                     s.manipulability, s.rejected.c_str());
-      }
-    } else if (const auto* pruned = std::get_if<GraspsPruned>(&payload)) {
-      std::fprintf(stderr, "grasps %s/%s: %u of %u\n", pruned->robot.c_str(), pruned->arm.c_str(),
-                   pruned->kept, pruned->tested);
-      printRejects(pruned->rejects);
-    } else if (const auto* poses = std::get_if<HandoverCandidates>(&payload)) {
-      std::fprintf(stderr, "poses: %u voxels, %u tried, %u kept, %u tuples\n", poses->voxels,
-                   poses->poses_tried, poses->poses, poses->tuples);
-      printRejects(poses->rejects);
-    } else if (const auto* stage = std::get_if<StageTrajectory>(&payload)) {
-      std::fprintf(stderr, "%s: %.2f s, %zu samples\n", toString(stage->kind), stage->t.back(),
-                   stage->t.size());
-    } else {
-      std::fprintf(stderr, "payload %zu\n", payload.index());
-    }
-  }
-
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-};
-
-/// One service for all tests of the file; its cache lies in the build folder.
-CellService& service() {
-  static CellService instance(HANDOVER_SOURCE_DIR, {"butler"},
-                              HANDOVER_BINARY_DIR "/test-cache/handover", {}, false);
-  static const bool prepared = [] {
-    instance.prepare(Deadline());
-    return true;
-  }();
-  (void)prepared;
-  return instance;
-}
-
-PlanRequest butlerRequest() {
-  PlanRequest request;
-  request.id = RequestId::random();
-  request.client_id = "test";
-  request.cell = "butler";
-  return request;
-}
-
-void explainFailure(const Outcome& outcome) {
-  if (const auto* failed = std::get_if<Failed>(&outcome)) {
-    std::fprintf(stderr, "failed: %s: %s\n", toString(failed->reason),
-                 failed->explanation.text.c_str());
-    for (const auto& cause : failed->explanation.causes) {
-      std::fprintf(stderr, "   %u %s %s %s\n", cause.count, cause.cause.c_str(),
-                   cause.pair.first.c_str(), cause.pair.second.c_str());
-    }
-  }
-  if (const auto* rejected = std::get_if<Rejected>(&outcome)) {
-    for (const auto& fault : rejected->faults) {
-      std::fprintf(stderr, "rejected: %s: %s\n", fault.field.c_str(), fault.message.c_str());
-    }
-  }
-}
-
 TEST(CellService, PlansTheNominalButlerInFourteenStages) {
-  Recorder recorder;
-  const Outcome outcome = service().plan(butlerRequest(), recorder, Deadline());
-  explainFailure(outcome);
-  ASSERT_TRUE(std::holds_alternative<Done>(outcome));
-  const auto stages = recorder.all<StageTrajectory>();
+  const Answer answer = ask(butlerRequest());
+  ASSERT_TRUE(std::holds_alternative<Done>(answer.outcome)) << answer.outcome.index();
+  const auto stages = answer.all<StageTrajectory>();
   ASSERT_EQ(stages.size(), static_cast<std::size_t>(kStageCount));
   for (std::size_t i = 0; i < stages.size(); ++i) {
     EXPECT_EQ(stages[i].index, i);
@@ -124,9 +27,9 @@ TEST(CellService, PlansTheNominalButlerInFourteenStages) {
 }
 
 TEST(CellService, FindsThatTheFreeHandTakesTheCup) {
-  Recorder recorder;
-  ASSERT_TRUE(std::holds_alternative<Done>(service().plan(butlerRequest(), recorder, Deadline())));
-  const auto arms = recorder.all<ArmSelected>();
+  const Answer answer = ask(butlerRequest());
+  ASSERT_TRUE(std::holds_alternative<Done>(answer.outcome));
+  const auto arms = answer.all<ArmSelected>();
   ASSERT_EQ(arms.size(), 1u);
   EXPECT_EQ(arms[0].receiver_arm, "left");
   for (const auto& score : arms[0].scores) {
@@ -137,14 +40,14 @@ TEST(CellService, FindsThatTheFreeHandTakesTheCup) {
 }
 
 TEST(CellService, DexteritiesAreThoseOfTheConfigurationsReached) {
-  Recorder recorder;
-  ASSERT_TRUE(std::holds_alternative<Done>(service().plan(butlerRequest(), recorder, Deadline())));
-  const Solution solution = recorder.all<Solution>().at(0);
+  const Answer answer = ask(butlerRequest());
+  ASSERT_TRUE(std::holds_alternative<Done>(answer.outcome));
+  const Solution solution = answer.all<Solution>().at(0);
   ModelCache models;
   const Cell cell =
       Cell::load(cellFile("butler", HANDOVER_SOURCE_DIR), HANDOVER_SOURCE_DIR, models);
   const auto at_end_of = [&](StageKind kind, const char* robot, const std::string& arm_name) {
-    for (const StageTrajectory& stage : recorder.all<StageTrajectory>()) {
+    for (const StageTrajectory& stage : answer.all<StageTrajectory>()) {
       if (stage.kind != kind) continue;
       const RobotModel& model = *models.at(robot);
       const int arm = model.findArm(arm_name);
@@ -170,20 +73,11 @@ TEST(CellService, DexteritiesAreThoseOfTheConfigurationsReached) {
   EXPECT_NEAR(d.receiver_place, at_end_of(StageKind::kReceiverPlace, "hubo", r), 1e-9);
 }
 
-TEST(CellService, AnswersTheSameStagesTwice) {
-  Recorder first, second;
-  service().plan(butlerRequest(), first, Deadline());
-  service().plan(butlerRequest(), second, Deadline());
-  EXPECT_EQ(first.stages, second.stages);
-}
-
 TEST(CellService, SaysWhyAReceiverSixMetresAwayCannot) {
-  PlanRequest request = butlerRequest();
-  request.overrides.push_back({"robots.hubo.base.xyz", "[6, -0.3, 0.98]"});
+  PlanRequest request = butlerRequest({{"robots.hubo.base.xyz", "[6, -0.3, 0.98]"}});
   request.mode = SearchMode::kFirst;  // without a search for what would help
-  Recorder recorder;
-  const Outcome outcome = service().plan(request, recorder, Deadline());
-  const auto* failed = std::get_if<Failed>(&outcome);
+  const Answer answer = ask(request);
+  const auto* failed = std::get_if<Failed>(&answer.outcome);
   ASSERT_NE(failed, nullptr);
   EXPECT_EQ(failed->reason, FailureReason::kNoCommonWorkspace);
   EXPECT_FALSE(failed->explanation.text.empty());
@@ -199,13 +93,11 @@ struct Hopeless {
 class CellServiceFailure : public testing::TestWithParam<Hopeless> {};
 
 TEST_P(CellServiceFailure, NamesTheFilterThatEmptied) {
-  PlanRequest request = butlerRequest();
-  request.overrides = GetParam().overrides;
+  PlanRequest request = butlerRequest(GetParam().overrides);
   request.mode = SearchMode::kFirst;
-  Recorder recorder;
-  const Outcome outcome = service().plan(request, recorder, Deadline());
-  const auto* failed = std::get_if<Failed>(&outcome);
-  ASSERT_NE(failed, nullptr) << outcome.index();
+  const Answer answer = ask(request);
+  const auto* failed = std::get_if<Failed>(&answer.outcome);
+  ASSERT_NE(failed, nullptr) << answer.outcome.index();
   EXPECT_EQ(failed->reason, GetParam().reason) << toString(failed->reason);
   EXPECT_FALSE(failed->explanation.text.empty());
   bool named = GetParam().culprit.empty();
@@ -247,11 +139,8 @@ TEST(CellService, RejectsWhatIsNotFiniteOrUnknown) {
   for (const Override& bad : {Override{"robots.hubo.base.xyz", "[.nan, 0, 0]"},
                               Override{"robots.nobody.base.xyz", "[0, 0, 0]"},
                               Override{"objects.cup.pose.xyz", "north"}}) {
-    PlanRequest request = butlerRequest();
-    request.overrides.push_back(bad);
-    Recorder recorder;
-    const Outcome outcome = service().plan(request, recorder, Deadline());
-    const auto* rejected = std::get_if<Rejected>(&outcome);
+    const Answer answer = ask(butlerRequest({bad}));
+    const auto* rejected = std::get_if<Rejected>(&answer.outcome);
     ASSERT_NE(rejected, nullptr) << bad.path;
     ASSERT_FALSE(rejected->faults.empty());
     EXPECT_EQ(rejected->faults[0].field, bad.path);
@@ -260,18 +149,14 @@ TEST(CellService, RejectsWhatIsNotFiniteOrUnknown) {
 
 /// A request that needs grasps which no cache has, and thousands of them.
 PlanRequest largeRequest() {
-  PlanRequest request = butlerRequest();
-  request.overrides.push_back({"objects.cup.grasps.crichton.right_hand", "9999"});
-  return request;
+  return butlerRequest({{"objects.cup.grasps.crichton.right_hand", "9999"}});
 }
 
 TEST(CellService, DeadlineAndCancelEndTheMakingOfGrasps) {
   using namespace std::chrono_literals;
-  service();
-  Recorder recorder;
-  const Outcome late =
-      service().plan(largeRequest(), recorder, Deadline(std::chrono::steady_clock::now() + 50ms));
-  const auto* failed = std::get_if<Failed>(&late);
+  butlerService();
+  const Answer late = ask(largeRequest(), Deadline(std::chrono::steady_clock::now() + 50ms));
+  const auto* failed = std::get_if<Failed>(&late.outcome);
   ASSERT_NE(failed, nullptr);
   EXPECT_EQ(failed->reason, FailureReason::kDeadline);
 
@@ -280,21 +165,18 @@ TEST(CellService, DeadlineAndCancelEndTheMakingOfGrasps) {
     std::this_thread::sleep_for(50ms);
     deadline.cancel();
   });
-  EXPECT_TRUE(
-      std::holds_alternative<Cancelled>(service().plan(largeRequest(), recorder, deadline)));
+  EXPECT_TRUE(std::holds_alternative<Cancelled>(ask(largeRequest(), deadline).outcome));
 }
 
 TEST(CellService, OneThatMakesGraspsHoldsUpNobodyElse) {
-  service();
+  butlerService();
   const Deadline deadline;
   std::atomic<bool> ended = false;
   std::jthread large([&] {
-    Recorder recorder;
-    service().plan(largeRequest(), recorder, deadline);
+    ask(largeRequest(), deadline);
     ended = true;
   });
-  Recorder recorder;
-  EXPECT_TRUE(std::holds_alternative<Done>(service().plan(butlerRequest(), recorder, Deadline())));
+  EXPECT_TRUE(std::holds_alternative<Done>(ask(butlerRequest()).outcome));
   EXPECT_FALSE(ended);
   deadline.cancel();
 }
@@ -302,10 +184,8 @@ TEST(CellService, OneThatMakesGraspsHoldsUpNobodyElse) {
 TEST(CellService, CancelledBeforehandSaysSo) {
   const Deadline deadline;
   deadline.cancel();
-  Recorder recorder;
-  EXPECT_TRUE(
-      std::holds_alternative<Cancelled>(service().plan(butlerRequest(), recorder, deadline)));
+  EXPECT_TRUE(std::holds_alternative<Cancelled>(ask(butlerRequest(), deadline).outcome));
 }
 
 }  // namespace
-}  // namespace handover
+}  // namespace handover::test

@@ -6,8 +6,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <latch>
+#include <random>
+#include <thread>
 
 namespace handover {
 namespace {
@@ -31,6 +34,9 @@ class FakeService : public PlanService {
     if (request.task == "bad outcome") return Rejected{"no such reason", {}};
     sink.emit(ArmSelected{"left", "right", {}});
     waitWhile(holding_plans, deadline);
+    if (request.task == "slow") {
+      for (int poll = 0; poll < 300 && !deadline.over(); ++poll) std::this_thread::sleep_for(10us);
+    }
     switch (deadline.state()) {
       case Deadline::State::kCancelled:
         return Cancelled{};
@@ -327,6 +333,101 @@ TEST_F(RuntimeTest, ManyRequestsOnManyWorkersAreAnsweredOnceEach) {
       EXPECT_EQ(std::holds_alternative<Outcome>(stages[i].payload), i + 1 == stages.size());
     }
   }
+}
+
+/// The seed of what is sent and when; threads and places in the queue.
+struct Storm {
+  unsigned seed;
+  int threads;
+  std::size_t capacity;
+  bool stopped_midway;
+};
+
+class RuntimeStorm : public RuntimeTest, public testing::WithParamInterface<Storm> {
+ protected:
+  /// One more request, or a word about an earlier one.
+  void act() {
+    const auto any = [&] { return ids[bits() % ids.size()]; };
+    switch (bits() % 8) {
+      case 0:
+        endpoint.cancel(any());
+        return;
+      case 1:
+        endpoint.cancel(ids.back());
+        return;
+      case 2:
+        endpoint.cancel(RequestId::random());
+        return;
+      case 3: {
+        auto again = request("slow");
+        again.id = any();
+        send(again);
+        return;
+      }
+      case 4: {
+        const RequestId early = RequestId::random();
+        endpoint.cancel(early);
+        auto r = request();
+        r.id = early;
+        ids.push_back(send(r).id);
+        return;
+      }
+      case 5:
+        std::this_thread::sleep_for(std::chrono::microseconds(bits() % 500));
+        return;
+      default: {
+        static const char* const kTasks[] = {"serve", "slow", "slow",
+                                             "throw", "nan",  "bad outcome"};
+        auto r = request(kTasks[bits() % std::size(kTasks)]);
+        if (bits() % 4 == 0) r.deadline_s = 1e-5 * static_cast<double>(bits() % 300 + 1);
+        ids.push_back(send(r).id);
+      }
+    }
+  }
+
+  std::mt19937_64 bits{GetParam().seed};
+  std::vector<RequestId> ids;
+};
+
+INSTANTIATE_TEST_SUITE_P(Seeded, RuntimeStorm,
+                         testing::Values(Storm{1, 1, 1000, false}, Storm{2, 3, 1000, false},
+                                         Storm{3, 4, 5, false}, Storm{4, 1, 2, false},
+                                         Storm{5, 2, 1000, true}, Storm{6, 4, 8, true}));
+
+TEST_P(RuntimeStorm, EveryRequestHasOneOutcomeAtItsEnd) {
+  start({.threads = GetParam().threads, .queue_capacity = GetParam().capacity});
+  ids.push_back(send(request()).id);
+  while (ids.size() < 300) act();
+  if (GetParam().stopped_midway) {
+    runtime->stop();
+  } else {
+    for (const auto& id : ids) ASSERT_TRUE(endpoint.outcome(id).has_value());
+    const auto answered = [&](const DaemonStatus& s) {
+      const OutcomeCounters& c = s.counters;
+      return c.done + c.failed + c.cancelled + c.rejected == ids.size() && s.queued == 0 &&
+             s.running == 0;
+    };
+    EXPECT_TRUE(endpoint.waitForStatus(answered));
+    runtime->stop();
+  }
+  std::array<int, std::variant_size_v<Outcome>> outcomes{};
+  for (const auto& id : ids) {
+    const auto stages = endpoint.stages(id);
+    ASSERT_FALSE(stages.empty());
+    for (std::uint32_t i = 0; i < stages.size(); ++i) {
+      EXPECT_EQ(stages[i].sequence, i);
+      EXPECT_EQ(std::holds_alternative<Outcome>(stages[i].payload), i + 1 == stages.size());
+    }
+    const auto& outcome = std::get<Outcome>(stages.back().payload);
+    ++outcomes[outcome.index()];
+    EXPECT_NE(std::holds_alternative<Accepted>(stages[0].payload),
+              std::holds_alternative<Rejected>(outcome));
+  }
+  // The storm is of use only while it meets every kind of outcome that it can.
+  EXPECT_GT(outcomes[Outcome(Done{}).index()], 0);
+  EXPECT_GT(outcomes[Outcome(Failed{}).index()], 0);
+  EXPECT_GT(outcomes[Outcome(Cancelled{}).index()], 0);
+  EXPECT_EQ(outcomes[Outcome(Rejected{}).index()] > 0, GetParam().capacity < 100);
 }
 
 }  // namespace
