@@ -100,7 +100,7 @@ Geometry anyPrimitive() {
     case 2:
       return CylinderGeometry{anyPositive(), anyPositive()};
     default:
-      return MeshGeometry{"robots/" + anyName(), {anyPositive(), -anyPositive(), anyPositive()}};
+      return MeshGeometry{"robots/r" + anyName(), {anyPositive(), -anyPositive(), anyPositive()}};
   }
 }
 
@@ -116,9 +116,9 @@ std::string distinct(const std::string& what, int number) {
 RobotSnapshot anyRobot(int number, const std::vector<std::string>& objects) {
   RobotSnapshot robot;
   robot.name = distinct("robot", number);
-  robot.urdf = "robots/" + anyName();
+  robot.urdf = "robots/r" + anyName();
   robot.urdf_sha256 = hexDigits(64);
-  robot.srdf = "robots/" + anyName();
+  robot.srdf = "robots/r" + anyName();
   robot.X_WB = anyPose();
   const int joints = *rc::gen::inRange(1, 4);
   for (int i = 0; i < joints; ++i) {
