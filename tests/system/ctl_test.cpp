@@ -198,7 +198,7 @@ TEST_F(ScriptedCtl, OutcomesHaveTheirExitCodes) {
   const auto failed = ctl("plan --cell script --task fail" + output);
   EXPECT_EQ(failed.status, 10);
   EXPECT_THAT(failed.out, HasSubstr("no_grasp_at_goal"));
-  EXPECT_THAT(failed.out, HasSubstr("--set robots.hubo.base.xyz=[1.1, -0.3, 0.98]"));
+  EXPECT_THAT(failed.out, HasSubstr("--set 'robots.hubo.base.xyz=[1.1, -0.3, 0.98]'"));
   EXPECT_EQ(ctl("plan --cell script --task throw" + output).status, 1);
   EXPECT_EQ(ctl("plan --cell script --task hold --deadline 0.05" + output).status, 11);
   const auto unknown = ctl("plan --cell nowhere" + output);
