@@ -11,13 +11,12 @@
 namespace handover {
 namespace {
 
-// Straight way back from a grasp, and up with the object [m]: the first that works.
+// Straight way back from a grasp, and up with the object [m]: the longest that works.
 constexpr std::array<double, 3> kBackOff{0.10, 0.07, 0.04};
-constexpr std::array<double, 3> kLift{0.08, 0.05,
-                                      0.03};  // lift, last descent [m]: first that works
-constexpr std::uint64_t kRouteAttempts = 4;   // trees grown for one route
-constexpr double kFairDetour = 1.4;           // way over straight way that needs no other tree
-constexpr double kRounding = 0.05;  // corners of routes can be cut by so much when timed [rad]
+constexpr std::array<double, 3> kLift{0.08, 0.05, 0.03};  // lift, last descent [m]
+constexpr std::uint64_t kRouteAttempts = 4;               // trees grown for one route
+constexpr double kFairDetour = 1.4;  // way over straight way that needs no other tree
+constexpr double kRounding = 0.05;   // corners of routes can be cut by so much when timed [rad]
 // Farther back than a straight approach, to the sides from there, and up: where a hand gets round
 // an object [m].
 constexpr std::array<double, 3> kFartherBack{0.05, 0.12, 0.25};
@@ -195,20 +194,23 @@ std::optional<JointPath> ExchangePlanner::straight(const Role& role, const ArmVe
 
 std::optional<JointPath> ExchangePlanner::backOff(const Role& role, const ArmVector& q,
                                                   const Pose& X_WT, StateChecker& checker) {
-  for (const double distance : kBackOff) {
-    auto line = straight(role, q, X_WT, role.backedOff(X_WT, distance), checker);
+  // The shortest first: where it is blocked, longer ones are, too.
+  auto shortest = straight(role, q, X_WT, role.backedOff(X_WT, kBackOff.back()), checker);
+  for (std::size_t i = 0; shortest && i + 1 < kBackOff.size(); ++i) {
+    auto line = straight(role, q, X_WT, role.backedOff(X_WT, kBackOff[i]), checker);
     if (line) return line;
   }
-  return std::nullopt;
+  return shortest;
 }
 
 std::optional<JointPath> ExchangePlanner::lifted(const Role& role, const ArmVector& q,
                                                  const Pose& X_WT, StateChecker& checker) {
-  for (const double height : kLift) {
-    auto line = straight(role, q, X_WT, raised(X_WT, height), checker);
+  auto shortest = straight(role, q, X_WT, raised(X_WT, kLift.back()), checker);
+  for (std::size_t i = 0; shortest && i + 1 < kLift.size(); ++i) {
+    auto line = straight(role, q, X_WT, raised(X_WT, kLift[i]), checker);
     if (line) return line;
   }
-  return std::nullopt;
+  return shortest;
 }
 
 std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVector& from,

@@ -21,7 +21,8 @@ class ViaGraph {
         size_(nodes_.size()),
         costs_(size_ * size_, kNever),
         known_(size_ * size_, false),
-        node_known_(size_, false) {
+        node_known_(size_, false),
+        failed_(size_, 0) {
     node_known_[kFrom] = node_known_[kTo] = true;
     for (std::size_t i = 0; i < size_; ++i) {
       for (std::size_t j = 0; j < i; ++j) {
@@ -81,12 +82,22 @@ class ViaGraph {
       }
       node_known_[node] = true;
     }
+    // What fails is found sooner than what is free: the segment first that is likelier to fail, by
+    // those that did at its ends.
+    order_.clear();
     for (std::size_t i = 1; i < way_.size(); ++i) {
       const std::size_t a = way_[i - 1], b = way_[i];
-      if (known_[a * size_ + b]) continue;
+      if (!known_[a * size_ + b]) order_.emplace_back(a, b);
+    }
+    std::stable_sort(order_.begin(), order_.end(), [&](const auto& x, const auto& y) {
+      return failed_[x.first] + failed_[x.second] > failed_[y.first] + failed_[y.second];
+    });
+    for (const auto& [a, b] : order_) {
       ++checks_;
       if (!restOfSegmentValid(problem_, nodes_[a], nodes_[b])) {
         drop(a, b);
+        ++failed_[a];
+        ++failed_[b];
         return false;
       }
       known_[a * size_ + b] = known_[b * size_ + a] = true;
@@ -110,7 +121,9 @@ class ViaGraph {
   std::vector<double> costs_;
   std::vector<bool> known_;  ///< by pair: the segment is valid
   std::vector<bool> node_known_;
+  std::vector<std::uint32_t> failed_;  ///< by node: segments found not valid
   std::vector<std::size_t> way_;
+  std::vector<std::pair<std::size_t, std::size_t>> order_;  // scratch
   std::uint32_t checks_ = 0;
 };
 
