@@ -424,13 +424,12 @@ bool ExchangePlanner::keepReachable(const Pose& X_WH, FeasibleGrasp& receive) {
   CellState open = start_;
   open.X_WO = X_WH;
   StateChecker checker = checkers_.make(open, receiver_, receiver_.arm_model->dofs, {});
-  std::vector<ArmVector> reachable;
-  for (const ArmVector& q : receive.configurations) {
-    if (reachable.size() >= budget_.configurations) break;
-    if (checker.valid(q) && backOff(receiver_, q, X_WT, checker)) reachable.push_back(q);
-  }
-  if (reachable.empty()) return false;
-  receive.configurations = std::move(reachable);
+  const auto first = std::find_if(
+      receive.configurations.begin(), receive.configurations.end(), [&](const ArmVector& q) {
+        return checker.valid(q) && straight(receiver_, q, X_WT, X_WT_back, checker).has_value();
+      });
+  if (first == receive.configurations.end()) return false;
+  receive.configurations.erase(receive.configurations.begin(), first);
   return true;
 }
 

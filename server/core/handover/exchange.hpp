@@ -76,8 +76,8 @@ class ExchangePlanner {
   /// Whether the receiver can put the object down with this grasp and leave.
   bool canPlace(const FeasibleGrasp& place) { return placeMotion(place).has_value(); }
 
-  /// Leaves the receiver's grasp at the handover those configurations alone that can be come to
-  /// straight with the giver out of the way; false, nothing changed, if there are none.
+  /// Leaves out the receiver's first configurations at the handover up to one that can be come to
+  /// straight with the giver out of the way; false, nothing changed, if there is none.
   bool keepReachable(const Pose& X_WH, FeasibleGrasp& receive);
 
   /// All motions of a tuple, or the stage at which none was found.
