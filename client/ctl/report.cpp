@@ -32,6 +32,11 @@ std::string at(const std::array<double, 3>& p) {
   return fmt::format("({:.3f}, {:.3f}, {:.3f})", p[0], p[1], p[2]);
 }
 
+std::string saved(const client::MotionTime& time) {
+  if (time.overlap_saves_s < 0.005) return "";
+  return fmt::format(", {:.2f} s less than one stage after the other", time.overlap_saves_s);
+}
+
 }  // namespace
 
 void Report::add(const PlanStage& stage) {
@@ -91,15 +96,14 @@ void Report::print(const StageTrajectory&) {}  // all of them with the outcome, 
 void Report::printPlan() {
   out_ << fmt::format("\n{:>12}  {:<18} {:<12} {:>7} {:>9} {:>8}\n", "", "stage", "robot", "start",
                       "duration", "samples");
-  double end = 0;
   for (const StageTrajectory* stage : plan_.trajectories()) {
     const double duration = stage->t.empty() ? 0 : stage->t.back();
-    end = std::max(end, stage->start + duration);
     out_ << fmt::format("{:>12}  {:<18} {:<12} {:>6.2f}s {:>8.2f}s {:>8}\n", stage->index,
                         toString(stage->kind), stage->robot, stage->start, duration,
                         stage->t.size());
   }
-  out_ << fmt::format("{:>12}  the handover takes {:.2f} s\n\n", "", end);
+  const client::MotionTime time = plan_.motionTime();
+  out_ << fmt::format("{:>12}  the handover takes {:.2f} s{}\n\n", "", time.motion_s, saved(time));
 }
 
 void Report::print(const Outcome& outcome) {

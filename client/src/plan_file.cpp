@@ -260,6 +260,16 @@ std::vector<const StageTrajectory*> PlanFile::trajectories() const {
   return all;
 }
 
+MotionTime PlanFile::motionTime() const {
+  double end = 0, sum = 0;
+  for (const StageTrajectory* stage : trajectories()) {
+    const double duration = stage->t.empty() ? 0.0 : stage->t.back();
+    end = std::max(end, stage->start + duration);
+    sum += duration;
+  }
+  return {end, std::max(0.0, sum - end)};
+}
+
 bool PlanFile::complete() const {
   return scene_ && solution() != nullptr &&
          trajectories().size() == static_cast<std::size_t>(kStageCount);
@@ -295,9 +305,12 @@ std::string PlanFile::text() const {
 
   Json stage_times = Json::object();
   for (const auto& [name, seconds] : elapsed_) stage_times[name] = seconds;
+  const MotionTime motion = motionTime();
   Json timing = {{"total_s", last_elapsed_s_},
                  {"first_plan_s", first_plan_s_ ? Json(*first_plan_s_) : Json()},
                  {"first_of_each_s", std::move(stage_times)},
+                 {"motion_s", motion.motion_s},
+                 {"overlap_saves_s", motion.overlap_saves_s},
                  {"scene_revision", accepted_.scene_revision}};
   Json funnel = {{"arm_selected", listOf(arms_)},
                  {"grasps_pruned", listOf(pruned_)},

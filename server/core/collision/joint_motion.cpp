@@ -45,4 +45,14 @@ void PolylineMotion::stretch(double from, double to, Eigen::VectorXd& q_middle,
   }
 }
 
+void BothMotions::stretch(double from, double to, Eigen::VectorXd& q_middle,
+                          Eigen::VectorXd& stray) const {
+  first_.stretch(from, to, q_first_, stray_first_);
+  second_.stretch(from, to, q_second_, stray_second_);
+  q_middle.resize(q_first_.size() + q_second_.size());
+  q_middle << q_first_, q_second_;
+  stray.resize(q_middle.size());
+  stray << stray_first_, stray_second_;
+}
+
 }  // namespace handover

@@ -56,4 +56,18 @@ class PolylineMotion : public JointMotion {
   Eigen::MatrixXd waypoints_;  ///< one per column
 };
 
+/// Two motions at once: the first's joints, then the second's. They outlive this.
+class BothMotions : public JointMotion {
+ public:
+  BothMotions(const JointMotion& first, const JointMotion& second)
+      : first_(first), second_(second) {}
+
+  void stretch(double from, double to, Eigen::VectorXd& q_middle,
+               Eigen::VectorXd& stray) const override;
+
+ private:
+  const JointMotion &first_, &second_;
+  mutable Eigen::VectorXd q_first_, q_second_, stray_first_, stray_second_;  ///< scratch
+};
+
 }  // namespace handover

@@ -7,7 +7,7 @@
 namespace handover {
 
 MovingGroups::MovingGroups(const RobotModel& model, const std::vector<int>& dofs)
-    : group_of_(model.links.size(), -1) {
+    : dofs_(static_cast<int>(dofs.size())), group_of_(model.links.size(), -1) {
   for (std::size_t link = 0; link < model.links.size(); ++link) {
     if (model.links[link].parent_joint < 0) continue;
     const Joint& joint = model.joints[static_cast<std::size_t>(model.links[link].parent_joint)];
@@ -31,6 +31,16 @@ MovingGroups::MovingGroups(const RobotModel& model, const std::vector<int>& dofs
     group_of_[link] = size();
     groups_.push_back(group);
   }
+}
+
+void MovingGroups::append(const MovingGroups& other) {
+  const int before = size();
+  for (Group group : other.groups_) {
+    if (group.parent >= 0) group.parent += before;
+    group.state_index += dofs_;
+    groups_.push_back(group);
+  }
+  dofs_ += other.dofs_;
 }
 
 void MovingGroups::setPosture(const RobotModel& model, const std::vector<Pose>& X_WL) {

@@ -22,7 +22,14 @@ class MovingGroups {
   /// @param dofs  those that move, in the order of the states asked.
   MovingGroups(const RobotModel& model, const std::vector<int>& dofs);
 
+  /// Puts another robot's groups behind these, and its dofs behind theirs. groupOf() goes on
+  /// speaking of the first robot's links.
+  void append(const MovingGroups& other);
+
   int size() const { return static_cast<int>(groups_.size()); }
+
+  /// Size of the states asked.
+  int dofs() const { return dofs_; }
 
   /// The group that a link moves with, or -1.
   int groupOf(int link) const { return group_of_[static_cast<std::size_t>(link)]; }
@@ -76,6 +83,7 @@ class MovingGroups {
   ///   travel := travel + (distance of the ball from the axis, at most + travel) * angle.
   double travelSeenFrom(int from, int group, const Ball& ball) const;
 
+  int dofs_ = 0;
   std::vector<int> group_of_;  ///< by link
   std::vector<Group> groups_;
 };

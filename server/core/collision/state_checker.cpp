@@ -233,6 +233,12 @@ void StateChecker::measureGroups() {
   measured_ = true;
 }
 
+const std::vector<MovingBody>& StateChecker::movingBodies() {
+  if (stale_ || seen_changes_ != world_->changes()) activate();
+  if (!measured_) measureGroups();
+  return moving_bodies_;
+}
+
 void StateChecker::requireState(const Eigen::Ref<const Eigen::VectorXd>& q) const {
   require(q.size() == static_cast<Eigen::Index>(setup_.dofs.size()), "one position per moving dof");
   require(q.allFinite(), "positions must be finite");
@@ -261,46 +267,11 @@ std::optional<BodyContact> StateChecker::hit(const Eigen::Ref<const Eigen::Vecto
 }
 
 bool StateChecker::freeAlong(const JointMotion& motion, double from, double to, BodyContact* hit) {
-  rows_ = pairs_.rows();
-  stretches_.assign(1, {from, to, 0, rows_.size()});
-  if (stale_ || seen_changes_ != world_->changes()) activate();
-  if (!measured_) measureGroups();
-  // Breadth first: what touches is found by few looks spread over the motion.
-  for (std::size_t i = 0; i < stretches_.size(); ++i) {
-    const Stretch it = stretches_[i];
-    motion.stretch(it.from, it.to, q_middle_, stray_);
-    requireState(q_middle_);
-    groups_.place(q_middle_);
-    groups_.boundTravel(stray_);
-    const PairList::Row* rows = rows_.data() + it.first;
-    const std::size_t count = it.last - it.first;
-    // Only the bodies of the pairs that are left.
-    wanted_.assign(moving_bodies_.size(), false);
-    for (std::size_t r = 0; r < count; ++r) {
-      const int other = moving_index_[static_cast<std::size_t>(rows[r].other)];
-      if (other >= 0) wanted_[static_cast<std::size_t>(other)] = true;
-      pairs_.forEachMover(rows[r], [&](BodyId mover, std::uint64_t) {
-        wanted_[static_cast<std::size_t>(moving_index_[static_cast<std::size_t>(mover)])] = true;
-      });
-    }
-    for (std::size_t b = 0; b < moving_bodies_.size(); ++b) {
-      const MovingBody& body = moving_bodies_[b];
-      if (wanted_[b]) world_->setPose(body.body, groups_.pose(body.group) * body.X_GB);
-    }
-    seen_changes_ = world_->changes();
-    undecided_.clear();
-    if (!world_->staysFree(pairs_, rows, count, {groups_, moving_bodies_, moving_index_},
-                           undecided_, hit)) {
-      return false;
-    }
-    if (undecided_.empty()) continue;
-    const std::size_t first = rows_.size();
-    rows_.insert(rows_.end(), undecided_.begin(), undecided_.end());
-    const double middle = 0.5 * (it.from + it.to);
-    stretches_.push_back({it.from, middle, first, rows_.size()});
-    stretches_.push_back({middle, it.to, first, rows_.size()});
-  }
-  return true;
+  movingBodies();
+  const bool free =
+      proof_.free(*world_, pairs_, groups_, moving_bodies_, moving_index_, motion, from, to, hit);
+  seen_changes_ = world_->changes();
+  return free;
 }
 
 bool StateChecker::validAlong(const JointMotion& motion, double from, double to) {

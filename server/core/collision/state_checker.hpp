@@ -5,6 +5,7 @@
 
 #include "core/collision/collision_scene.hpp"
 #include "core/collision/joint_motion.hpp"
+#include "core/collision/motion_proof.hpp"
 #include "core/collision/moving_groups.hpp"
 
 namespace handover {
@@ -91,17 +92,19 @@ class StateChecker {
 
   const PairList& pairs() const { return pairs_; }
 
+  const StateCheckerSetup& setup() const { return setup_; }
+
+  /// The moving bodies with what moves them, put in place and measured as the setup has it; valid
+  /// until the setup changes. So are the groups from then on.
+  const std::vector<MovingBody>& movingBodies();
+
+  const MovingGroups& groups() const { return groups_; }
+
  private:
   /// Where a moving body hangs: its link, and its pose there.
   struct Mount {
     int link;
     Pose X_LB;
-  };
-
-  /// Part of a motion, and the pairs that may meet on it.
-  struct Stretch {
-    double from, to;
-    std::size_t first, last;  ///< in rows_
   };
 
   const RobotModel& model() const;
@@ -143,10 +146,7 @@ class StateChecker {
   // Scratch.
   std::vector<bool> moved_;  ///< by link
   std::vector<int> moved_links_;
-  std::vector<Stretch> stretches_;
-  std::vector<PairList::Row> rows_, undecided_;
-  std::vector<bool> wanted_;  ///< by index in moving_bodies_
-  Eigen::VectorXd q_middle_, stray_;
+  MotionProof proof_;
 };
 
 }  // namespace handover

@@ -303,6 +303,65 @@ TEST_F(VerifyProgram, FindsAReceiverThatComesBeforeTheGiverCarries) {
               "sequence");
 }
 
+TEST_F(VerifyProgram, PassesAReceiverThatComesFromTheLiftOn) {
+  const auto result = spoiled([](Json& file) {
+    // As early as the contract has it; then it waits for the giver.
+    const double lift = stage(file, "giver_lift")["start"];
+    const double early = stage(file, "receiver_reach")["start"].get<double>() - lift;
+    for (const char* kind : {"receiver_reach", "receiver_approach"}) {
+      stage(file, kind)["start"] = stage(file, kind)["start"].get<double>() - early;
+    }
+  });
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+}
+
+TEST_F(VerifyProgram, FindsAReceiverThatGraspsWhileTheGiverCarries) {
+  const auto result = spoiled([](Json& file) {
+    // The giver stops a little later than it should.
+    Json& transfer = stage(file, "giver_transfer");
+    transfer["start"] = stage(file, "receiver_grasp")["start"].get<double>() -
+                        transfer["t"].back().get<double>() + 0.005;
+  });
+  expectFound(result, "sequence");
+}
+
+TEST_F(VerifyProgram, FindsAnObjectThatLeavesBeforeTheGiversHandIsOpen) {
+  const auto result = spoiled([](Json& file) {
+    Json& transfer = stage(file, "receiver_transfer");
+    transfer["start"] = transfer["start"].get<double>() - 0.01;
+  });
+  expectFound(result, "sequence");
+}
+
+TEST_F(VerifyProgram, FindsAnObjectMovedIntoTheHandThatStillLeaves) {
+  // Sideways at once, between fingers that are open but have not got past the box.
+  const auto result = spoiled([](Json& file) {
+    Json& transfer = stage(file, "receiver_transfer");
+    const double before = transfer["t"].back();
+    Json aside = transfer["q"].front();
+    aside[1] = aside[1].get<double>() + 0.05;
+    transfer["q"] = {transfer["q"].front(), aside, transfer["q"].back()};
+    transfer["qd"] = {transfer["qd"].front(), transfer["qd"].front(), transfer["qd"].front()};
+    transfer["t"] = {0.0, 0.56, 2.6};
+    for (const char* kind : {"receiver_place", "receiver_release", "receiver_retreat"}) {
+      stage(file, kind)["start"] = stage(file, kind)["start"].get<double>() + 2.6 - before;
+    }
+  });
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.kinds, Each("collision")) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("g/left_finger"));
+}
+
+TEST_F(VerifyProgram, FindsAReceiverThatLetsGoBeforeTheGiverIsHome) {
+  const auto result = spoiled([](Json& file) {
+    Json& retreat = stage(file, "giver_retreat");
+    const double late = stage(file, "receiver_release")["start"].get<double>() + 0.1 -
+                        retreat["start"].get<double>() - retreat["t"].back().get<double>();
+    retreat["start"] = retreat["start"].get<double>() + late;
+  });
+  expectFound(result, "sequence");
+}
+
 TEST_F(VerifyProgram, FindsOverlapOfOneRobotsStages) {
   const auto result = spoiled([](Json& file) {
     Json& lift = stage(file, "giver_lift");

@@ -11,6 +11,13 @@
 
 namespace handover::client {
 
+/// How long a plan's motions take.
+struct MotionTime {
+  double motion_s = 0;         ///< from the start to the end of the last stage
+  double overlap_saves_s = 0;  ///< how much less that is than one stage after the other
+  bool operator==(const MotionTime&) const = default;
+};
+
 /// Gathers the stages of one request and writes the plan file (format handover-plan/1) from them
 /// alone. For equal stages, elapsed times apart, the text of the member "plan" is the same to the
 /// byte.
@@ -27,6 +34,9 @@ class PlanFile {
   const Solution* solution() const;
   /// Stages of the final solution in the order of the plan; empty unless the outcome is done.
   std::vector<const StageTrajectory*> trajectories() const;
+
+  /// Of trajectories().
+  MotionTime motionTime() const;
 
   /// [s] until the last stage of the first whole plan had left the daemon.
   std::optional<double> firstPlanSeconds() const { return first_plan_s_; }

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two robots that move at once.
+#pragma once
+
+#include "core/collision/motion_proof.hpp"
+#include "core/collision/state_checker.hpp"
+
+namespace handover {
+
+/// Tests what one robot moves against what another robot moves, carried objects included; each
+/// against everything else is for the two checkers by themselves. Standing pairs and those that
+/// either setup allows are left out.
+class TwoMovers {
+ public:
+  /// @throws std::invalid_argument unless the checkers move two robots of one world, which must
+  /// outlive this.
+  TwoMovers(StateChecker& first, StateChecker& second);
+
+  /// As StateChecker::validAlong(), of motions whose states are the first's dofs and then the
+  /// second's. Leaves the movers anywhere.
+  bool validAlong(const JointMotion& motion);
+  std::optional<BodyContact> hitAlong(const JointMotion& motion);
+
+ private:
+  CollisionWorld* world_;
+  std::vector<MovingBody> moving_;  ///< the first's, then the second's; so the groups
+  MovingGroups groups_;
+  std::vector<int> moving_index_;  ///< by body; -1: not in `moving_`
+  PairList pairs_;
+  MotionProof proof_;
+};
+
+}  // namespace handover

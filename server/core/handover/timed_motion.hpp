@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Timed paths, as the collision checks want to know motions.
+#pragma once
+
+#include "core/collision/joint_motion.hpp"
+#include "core/motion/timing.hpp"
+
+namespace handover {
+
+/// A timed path from one time to another [s], evenly; before its start and after its end it stands
+/// still. The path outlives this.
+class TimedMotion : public JointMotion {
+ public:
+  explicit TimedMotion(const TimedPath& path) : TimedMotion(path, 0, path.duration()) {}
+
+  TimedMotion(const TimedPath& path, double begin, double end)
+      : path_(path), begin_(begin), end_(end) {}
+
+  void stretch(double from, double to, Eigen::VectorXd& q_middle,
+               Eigen::VectorXd& stray) const override;
+
+ private:
+  const TimedPath& path_;
+  const double begin_, end_;
+  mutable Eigen::VectorXd q_, qd_, q_end_, qd_end_;  ///< scratch
+};
+
+}  // namespace handover
