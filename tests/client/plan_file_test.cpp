@@ -9,6 +9,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 namespace handover::client {
@@ -95,6 +96,30 @@ TEST(PlanFile, TakesTheFirstPlanFromTheFirstWholeSolution) {
   // 5 stages before, a solution, 14 trajectories.
   EXPECT_EQ(file.firstPlanSeconds(), 20.0);
   EXPECT_EQ(file.solution()->index, 1u);
+}
+
+TEST(PlanFile, SaysHowMuchOverlapSaves) {
+  auto stages = test::sampleAnswer(RequestId{});
+  // One after another.
+  std::map<std::uint32_t, double> now;
+  for (PlanStage& it : stages) {
+    auto* stage = std::get_if<StageTrajectory>(&it.payload);
+    if (stage == nullptr) continue;
+    stage->start = now[stage->solution];
+    now[stage->solution] += stage->t.back();
+  }
+  const MotionTime sequential = fileOf(stages).motionTime();
+  EXPECT_EQ(sequential.motion_s, 7.0);
+  EXPECT_EQ(sequential.overlap_saves_s, 0.0);
+  for (PlanStage& it : stages) {
+    auto* stage = std::get_if<StageTrajectory>(&it.payload);
+    if (stage != nullptr && stage->kind >= StageKind::kReceiverReach) stage->start -= 0.25;
+  }
+  const PlanFile file = fileOf(stages);
+  EXPECT_EQ(file.motionTime(), (MotionTime{6.75, 0.25}));
+  const Json timing = Json::parse(file.text())["timing"];
+  EXPECT_EQ(timing["motion_s"], 6.75);
+  EXPECT_EQ(timing["overlap_saves_s"], 0.25);
 }
 
 TEST(PlanFile, IsNotCompleteWithoutEveryStage) {

@@ -111,9 +111,13 @@ TEST(SmallCells, StagesJoinAndEveryTimeRises) {
     for (const RobotSnapshot& robot : scene.robots) {
       for (const auto& [joint, q] : robot.q_start) at[robot.name + "/" + joint] = q;
     }
-    double end = 0;
+    std::map<std::string, double> ends;  // by robot
+    double last = 0, sum = 0;
     for (const StageTrajectory& stage : recorder.all<StageTrajectory>()) {
-      RC_ASSERT(std::abs(stage.start - end) < 1e-9);
+      double& end = ends[stage.robot];
+      RC_ASSERT(stage.start > end - 1e-9);
+      RC_ASSERT(stage.start < sum + 1e-9);  // never later than one after another
+      sum += stage.t.back();
       RC_ASSERT(stage.t.front() == 0.0);
       for (std::size_t i = 1; i < stage.t.size(); ++i) RC_ASSERT(stage.t[i] > stage.t[i - 1]);
       for (std::size_t j = 0; j < stage.joints.size(); ++j) {
@@ -124,10 +128,33 @@ TEST(SmallCells, StagesJoinAndEveryTimeRises) {
         now = stage.q.back()[j];
       }
       end = stage.start + stage.t.back();
+      last = std::max(last, end);
     }
+    RC_ASSERT(last < sum + 1e-9);
   });
   EXPECT_TRUE(result);
   EXPECT_GE(solved, 2);
+}
+
+TEST(SmallCells, PlansWithStagesThatOverlapAreVerifiedAtAnySpeed) {
+  int overlapping = 0;
+  const auto result = holds("random cells", 20, [&] {
+    RandomCell cell = makeCell(robots(), *anyCell());
+    cell.problem.speed_scale = *rc::gen::element(1.0, 0.7, 0.25);
+    Recorder recorder;
+    const Outcome outcome = planHandover(cell.problem, recorder, Deadline());
+    if (!std::holds_alternative<Done>(outcome)) return;
+    double last = 0, sum = 0;
+    for (const StageTrajectory& stage : recorder.all<StageTrajectory>()) {
+      last = std::max(last, stage.start + stage.t.back());
+      sum += stage.t.back();
+    }
+    if (sum > last + 0.1) ++overlapping;
+    const auto valid = verified(recorder.stages, outcome, robots().root());
+    if (!valid) RC_FAIL(std::string(valid.message()));
+  });
+  EXPECT_TRUE(result);
+  EXPECT_GE(overlapping, 2);
 }
 
 TEST(SmallCells, CancelAndDeadlineEndASearchSoon) {

@@ -60,6 +60,19 @@ TEST_F(Butler, PlanIsCompleteAndVerified) {
   EXPECT_EQ(document["plan"]["receiver_arm"], "left");
   const Finished verified = verify("p.json");
   EXPECT_EQ(verified.status, 0) << verified.out;
+  // The receiver reaches while the giver carries, and the file says what that is worth.
+  double end = 0, sum = 0, reach = 0, transfer = 0;
+  for (const auto& stage : document["plan"]["stages"]) {
+    const double start = stage["start"], duration = stage["t"].back();
+    if (stage["kind"] == "receiver_reach") reach = start;
+    if (stage["kind"] == "giver_transfer") transfer = start + duration;
+    end = std::max(end, start + duration);
+    sum += duration;
+  }
+  EXPECT_LT(reach, transfer);
+  EXPECT_NEAR(document["timing"]["motion_s"], end, 1e-9);
+  EXPECT_NEAR(document["timing"]["overlap_saves_s"], sum - end, 1e-9);
+  EXPECT_THAT(planned.out + planned.err, HasSubstr("less than one stage after the other"));
   // Placed: the cup stands on the tray, neither in it nor above it.
   const std::string placed = textOf(file("placed.obj"));
   EXPECT_NEAR(heights(placed, "cup").first, heights(placed, "tray").second, 2e-3);

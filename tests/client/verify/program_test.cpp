@@ -349,7 +349,7 @@ TEST_F(VerifyProgram, FindsAnObjectMovedIntoTheHandThatStillLeaves) {
   });
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.kinds, Each("collision")) << result.output;
-  EXPECT_THAT(result.output, HasSubstr("g/left_finger"));
+  EXPECT_THAT(result.output, HasSubstr("g/right_finger"));
 }
 
 TEST_F(VerifyProgram, FindsAReceiverThatLetsGoBeforeTheGiverIsHome) {
