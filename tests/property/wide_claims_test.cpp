@@ -62,7 +62,7 @@ TEST(Wide, ImpossibleIsImpossibleAndSolvedIsValid) {
   for (const auto& [answer, count] : answers) std::cout << answer << ": " << count << '\n';
 }
 
-/// Cells that were answered wrongly once.
+/// Cells that were answered wrongly once, and one where a hold 5 mm beside its place would be.
 class WideOnce : public testing::TestWithParam<CellDraw> {};
 
 TEST_P(WideOnce, Holds) {
@@ -71,13 +71,13 @@ TEST_P(WideOnce, Holds) {
   EXPECT_FALSE(fault.has_value()) << *fault;
 }
 
-INSTANTIATE_TEST_SUITE_P(Kept, WideOnce,
-                         testing::Values(CellDraw{RobotKind::kSevenAxes, RobotKind::kGantry, 0, 0,
-                                                  3, 0, false, 1300900158},
-                                         CellDraw{RobotKind::kSevenAxes, RobotKind::kGantry, 1, 0,
-                                                  8, 0, false, 48267810},
-                                         CellDraw{RobotKind::kGantry, RobotKind::kSevenAxes, 0, 0,
-                                                  6, 1, false, 281132655}));
+INSTANTIATE_TEST_SUITE_P(
+    Kept, WideOnce,
+    testing::Values(
+        CellDraw{RobotKind::kSevenAxes, RobotKind::kGantry, 0, 0, 3, 0, false, 1300900158},
+        CellDraw{RobotKind::kSevenAxes, RobotKind::kGantry, 1, 0, 8, 0, false, 48267810},
+        CellDraw{RobotKind::kGantry, RobotKind::kSevenAxes, 0, 0, 6, 1, false, 281132655},
+        CellDraw{RobotKind::kSevenAxes, RobotKind::kSevenAxes, 0, 0, 5, 1, true, 1323156248}));
 
 /// The same cell answered by both widths: wide begins with the paper's candidates.
 TEST(Wide, SolvesWhatThePaperSolvesInTheSameWay) {
