@@ -14,7 +14,8 @@ namespace {
 // Straight way back from a grasp, and up with the object [m]: the longest that works.
 constexpr std::array<double, 3> kBackOff{0.10, 0.07, 0.04};
 constexpr std::array<double, 3> kLift{0.08, 0.05, 0.03};  // lift, last descent [m]
-constexpr std::uint64_t kRouteAttempts = 4;               // trees grown for one route
+constexpr std::uint64_t kRouteAttempts = 2;               // trees grown for one route
+constexpr double kViaDetour = 2.2;   // of a simple way: a tree's is hardly shorter, and dear
 constexpr double kFairDetour = 1.4;  // way over straight way that needs no other tree
 constexpr double kRounding = 0.05;   // corners of routes can be cut by so much when timed [rad]
 // Farther back than a straight approach, to the sides from there, and up: where a hand gets round
@@ -171,14 +172,16 @@ std::vector<ArmVector> ExchangePlanner::viasBetween(const Role& role, const ArmV
 }
 
 std::optional<JointPath> ExchangePlanner::throughVia(const Role& role, const MotionProblem& motion,
-                                                     const ArmVector& from,
-                                                     const ArmVector& to) const {
+                                                     const ArmVector& from, const ArmVector& to,
+                                                     const std::vector<ArmVector>& known) const {
   const auto cost = [&](const ArmVector& a, const ArmVector& b) {
     return travelTime(role, a, b) + kCornerTime;
   };
   ViaSettings settings;
-  settings.most = kFairDetour * travelTime(role, from, to) + kMostCorners * kCornerTime;
-  return cheapestWay(motion, from, to, viasBetween(role, from, to), cost, settings, deadline_);
+  settings.most = kViaDetour * travelTime(role, from, to) + kMostCorners * kCornerTime;
+  std::vector<ArmVector> vias = viasBetween(role, from, to);
+  vias.insert(vias.end(), known.begin(), known.end());
+  return cheapestWay(motion, from, to, std::move(vias), cost, settings, deadline_);
 }
 
 std::optional<JointPath> ExchangePlanner::straight(const Role& role, const ArmVector& q,
@@ -215,14 +218,15 @@ std::optional<JointPath> ExchangePlanner::lifted(const Role& role, const ArmVect
 
 std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVector& from,
                                                  const GoalSampler& goals, StateChecker& checker,
-                                                 StageKind kind, int grasp, std::uint32_t* goal) {
+                                                 StageKind kind, int grasp, std::uint32_t* goal,
+                                                 const std::vector<ArmVector>& known) {
   const MotionProblem motion = motionProblem(role, checker);
   // Most ways are simple. First without a tree.
   ArmVector to;
   if (!checker.valid(from)) return std::nullopt;
   for (std::uint32_t i = 0; i < kDirectGoals && goals(i, to); ++i) {
     if (!checker.valid(to)) continue;
-    if (auto path = throughVia(role, motion, from, to)) {
+    if (auto path = throughVia(role, motion, from, to, known)) {
       if (goal != nullptr) *goal = i;
       return path;
     }
@@ -260,12 +264,13 @@ std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVect
 
 std::optional<JointPath> ExchangePlanner::route(const Role& role, const ArmVector& from,
                                                 const ArmVector& to, StateChecker& checker,
-                                                StageKind kind, int grasp) {
+                                                StageKind kind, int grasp,
+                                                const std::vector<ArmVector>& known) {
   const auto only_goal = [&](std::uint32_t i, ArmVector& q) {
     q = to;
     return i == 0;
   };
-  return search(role, from, only_goal, checker, kind, grasp);
+  return search(role, from, only_goal, checker, kind, grasp, nullptr, known);
 }
 
 CellState ExchangePlanner::holding(CellState state, const Role& role, const Grasp& grasp,
@@ -637,6 +642,7 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
                    {&giver_}),
              pick->lift, grasp_g.closed, grasp_g.closed);
   now = holding(now, giver_, grasp_g, pick->lift.waypoints.back());
+  std::vector<ArmVector> came_by;  // it may go back by the way that it came
   {
     StagePath& transfer =
         stage(StageKind::kGiverTransfer, giver_, now, {.giver_hand = true}, {&giver_});
@@ -645,6 +651,9 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
                             tuple.give.grasp);
     if (!path) return Failure{toString(transfer.kind)};
     setArmPath(transfer, *path, grasp_g.closed, grasp_g.closed);
+    for (const JointPath* came : {&pick->reach, &*path}) {
+      came_by.insert(came_by.end(), came->waypoints.begin(), came->waypoints.end());
+    }
   }
 
   // The receiver comes and takes it.
@@ -682,7 +691,7 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
     retreat.early_contacts = both;
     StateChecker checker = checkerOf(retreat);
     const auto path = route(giver_, hands->giver_back.waypoints.back(), q_g_start, checker,
-                            retreat.kind, tuple.give.grasp);
+                            retreat.kind, tuple.give.grasp, came_by);
     if (!path) return Failure{toString(retreat.kind)};
     setArmPath(retreat, joined(hands->giver_back, *path), grasp_g.open, grasp_g.open);
   }

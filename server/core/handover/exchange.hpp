@@ -126,17 +126,20 @@ class ExchangePlanner {
   std::optional<JointPath> lifted(const Role& role, const ArmVector& q, const Pose& X_WT,
                                   StateChecker& checker);
   std::optional<JointPath> route(const Role& role, const ArmVector& from, const ArmVector& to,
-                                 StateChecker& checker, StageKind kind, int grasp);
+                                 StateChecker& checker, StageKind kind, int grasp,
+                                 const std::vector<ArmVector>& known = {});
   /// Configurations that a way which is not straight may well lead through.
   std::vector<ArmVector> viasBetween(const Role& role, const ArmVector& from,
                                      const ArmVector& to) const;
-  /// The straight way, else the quickest one through one of those, if any.
+  /// The straight way, else the quickest one through some of those and of the `known`, if any.
   std::optional<JointPath> throughVia(const Role& role, const MotionProblem& motion,
-                                      const ArmVector& from, const ArmVector& to) const;
+                                      const ArmVector& from, const ArmVector& to,
+                                      const std::vector<ArmVector>& known) const;
   /// The ways of throughVia(), else IKBiRRT and shortcuts.
   std::optional<JointPath> search(const Role& role, const ArmVector& from, const GoalSampler& goals,
                                   StateChecker& checker, StageKind kind, int grasp,
-                                  std::uint32_t* goal = nullptr);
+                                  std::uint32_t* goal = nullptr,
+                                  const std::vector<ArmVector>& known = {});
   MotionProblem motionProblem(const Role& role, StateChecker& checker) const;
   std::uint64_t seedFor(StageKind kind, int grasp) const;
 
