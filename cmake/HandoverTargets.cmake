@@ -68,3 +68,19 @@ function(handover_test name)
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT})
 endfunction()
+
+# handover_npm_packages(): fetches what package-lock.json beside the caller says, once per lock file, into npm/ of the
+# caller's build folder; npm/installed is the file to depend on.
+function(handover_npm_packages)
+  set(packages ${CMAKE_CURRENT_BINARY_DIR}/npm)
+  add_custom_command(
+    OUTPUT ${packages}/installed
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${packages}
+    COMMAND ${CMAKE_COMMAND} -E copy package.json package-lock.json .npmrc ${packages}
+    COMMAND ${NPM} --prefix ${packages} ci --ignore-scripts --loglevel=error
+    COMMAND ${CMAKE_COMMAND} -E touch ${packages}/installed
+    DEPENDS package.json package-lock.json .npmrc
+    WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}
+    COMMENT "Fetching npm packages of ${CMAKE_CURRENT_SOURCE_DIR}"
+    VERBATIM)
+endfunction()

@@ -11,8 +11,8 @@ namespace handover::verify {
 /// The kind of a stage, or "start" or "end": those of the plan.
 bool namesState(std::string_view kind);
 
-/// The whole cell at the end of that stage, or of the plan, as a Wavefront file: the collision shapes of every link (`o robot/link`) and object (`o name`), in the world, metres,
-/// z up.
+/// The whole cell at the end of that stage, or of the plan, as a Wavefront file: the collision
+/// shapes of every link (`o robot/link`) and object (`o name`), in the world, metres, z up.
 /// @pre namesState(kind).
 /// @throws Unreadable when the plan or a file that it names cannot be understood, or when its
 /// stages have no meaning together.

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * A client of the daemon on another vendor's DDS, from the same IDL: the oracle of our wire.
  * usage: cyclone_client DOMAIN CELL TASK [cancel|dispose]
- * Waits for a daemon that is ready, sends a request, prints a line per stage, ends at the outcome. At the second
- * stage it cancels or disposes its request, if asked. */
+ * Waits for a daemon that is ready, sends a request, prints a line per stage, ends at the outcome.
+ * At the second stage it cancels or disposes its request, if asked. */
 #include "dds/dds.h"
 #include "handover.h"
 
