@@ -6,7 +6,7 @@ import {OBJLoader} from 'three/addons/loaders/OBJLoader.js';
 import {STLLoader} from 'three/addons/loaders/STLLoader.js';
 import URDFLoader from 'urdf-loader';
 
-const COLOURS = {giver: 0xd9985f, receiver: 0x7fa6cf, other: 0xb8bec6, hand: 0x4c5561, object: 0x3fa34d};
+const COLOURS = {giver: 0xd9985f, receiver: 0x7fa6cf, other: 0xb8bec6, hand: 0x4c5561, object: 0x3fa34d, carried: 0x8d949c};
 const THINGS = [0xe3e4e6, 0xd9cbb2, 0xc3ccd3, 0xcfd3c2, 0xd3c6c3];
 
 function material(colour, options = {}) {
@@ -154,7 +154,8 @@ export class Cell {
 
   addObject(entry) {
     const group = new THREE.Group();
-    const colour = entry.name === this.plan.object ? COLOURS.object : THINGS[this.objects.size % THINGS.length];
+    const colour = entry.name === this.plan.object ? COLOURS.object :
+        entry.attached_to ? COLOURS.carried : THINGS[this.objects.size % THINGS.length];
     group.add(dress(geometryOf(entry.geometry, this.meshes), material(colour)));
     place(group, matrixOf(entry.X_WO));
     if (entry.attached_to) {

@@ -94,7 +94,7 @@ class Viewer {
       const at = name === 'object' ? new THREE.Vector3().setFromMatrixPosition(this.cell.objects.get(plan.object).matrixWorld)
                                    : new THREE.Vector3(...views[name].xyz);
       controls.target.copy(at);
-      camera.position.copy(at).addScaledVector(side, -0.75).add(new THREE.Vector3(0.15, 0, 0.45));
+      camera.position.copy(at).addScaledVector(side, -0.8).add(new THREE.Vector3(0.25, 0, 0.7));
     }
     controls.update();
     this.wake();
