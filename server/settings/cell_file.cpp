@@ -167,10 +167,14 @@ std::variant<Cell::Instance, std::vector<Fault>> Cell::instantiate(
     return Instance{std::move(scene), data_->tasks};
   }
   YamlNode document = data_->document;
-  if (auto faults = applyOverrides(document, overrides); !faults.empty()) return faults;
+  std::vector<Fault> faults = applyOverrides(document, overrides);
   YamlReport report;
   const CellDescription description = readCell(document, report);
-  if (!report.clean()) return asOverrideFaults(report, overrides);
+  if (!report.clean()) {
+    const std::vector<Fault> found = asOverrideFaults(report, overrides);
+    faults.insert(faults.end(), found.begin(), found.end());
+  }
+  if (!faults.empty()) return faults;
   ResolvedCell resolved =
       resolveCell(description, data_->models, data_->root, data_->divide, data_->shapes, report);
   if (!report.clean()) return asOverrideFaults(report, overrides);

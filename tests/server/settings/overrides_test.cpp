@@ -135,6 +135,10 @@ TEST_F(Overrides, AreRefusedWithEveryFault) {
       faultsOf({{"robots.left.joints.reach", "9"}, {"robots.right.posture", "sleep"}}),
       ElementsAre("robots.left.joints.reach: is outside the joint's limits, 0.000000 to 0.500000",
                   "robots.right.posture: 'sleep' is no group state of robot 'tiny'"));
+  // Of different kinds too: an unknown path does not hide a wrong value.
+  EXPECT_THAT(faultsOf({{"robots.left.base.xyz", "[0, .nan, 0]"}, {"objects.ghost.pose", "{}"}}),
+              ::testing::UnorderedElementsAre(::testing::HasSubstr("objects.ghost"),
+                                              ::testing::HasSubstr("robots.left.base.xyz")));
 }
 
 TEST_F(Overrides, CannotBringInAModelThatIsNotLoaded) {
