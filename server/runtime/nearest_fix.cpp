@@ -34,8 +34,9 @@ std::string numbers(const char* format, double a, double b, double c) {
 void addPlaces(const Eigen::Vector3d& centre, double radius, const ReachBall& to,
                std::set<std::pair<int, int>>& places) {
   const Eigen::Vector3d offset = to.p_WShoulder - centre;
-  const double near =
-      std::sqrt(std::max(0.0, std::pow(radius + to.radius, 2) - offset.z() * offset.z()));
+  const double both = radius + to.radius;
+  if (std::abs(offset.z()) > both) return;
+  const double near = std::sqrt(both * both - offset.z() * offset.z());
   const auto low = [&](double at) { return static_cast<int>(std::ceil((at - near) / kStep)); };
   const auto high = [&](double at) { return static_cast<int>(std::floor((at + near) / kStep)); };
   for (int i = low(offset.x()); i <= high(offset.x()); ++i) {

@@ -67,35 +67,17 @@ const Grasp& graspOf(const Role& role, const FeasibleGrasp& feasible) {
   return role.grasps->grasps[static_cast<std::size_t>(feasible.grasp)];
 }
 
-/// The stage's waypoints over the arm's joints, and over the fingers' too when these have to move:
-/// they go evenly with the arm's way.
-void setArmPath(StagePath& stage, const JointPath& path, const Eigen::VectorXd& fingers_from,
-                const Eigen::VectorXd& fingers_to) {
-  const Role& role = *stage.mover;
-  stage.dofs = role.arm_model->dofs;
-  const bool fingers_move = (fingers_from - fingers_to).cwiseAbs().maxCoeff() > 1e-9;
-  if (fingers_move)
-    stage.dofs.insert(stage.dofs.end(), role.hand->dofs.begin(), role.hand->dofs.end());
+/// Whether any configuration at all, within limits, brings the tool there.
+bool reaches(const Role& role, const Pose& X_WT) {
+  IkQuery query;
+  query.swivel_samples = PruneEffort{}.swivels;
+  const auto enough = [](const ArmVector&) { return false; };
+  return role.kinematics->visit(role.worldToArm(X_WT), query, enough).solutions > 0;
+}
 
-  double length = 0;
-  for (std::size_t i = 1; i < path.waypoints.size(); ++i) {
-    length += (path.waypoints[i] - path.waypoints[i - 1]).norm();
-  }
-  double gone = 0;
-  for (std::size_t i = 0; i < path.waypoints.size(); ++i) {
-    const ArmVector& q = path.waypoints[i];
-    if (i > 0) gone += (q - path.waypoints[i - 1]).norm();
-    Eigen::VectorXd waypoint(static_cast<Eigen::Index>(stage.dofs.size()));
-    waypoint.head(q.size()) = q;
-    if (fingers_move) {
-      const double fraction = length > 0 ? gone / length : (i == 0 ? 0.0 : 1.0);
-      waypoint.tail(fingers_from.size()) =
-          i + 1 == path.waypoints.size()
-              ? fingers_to
-              : Eigen::VectorXd(fingers_from + fraction * (fingers_to - fingers_from));
-    }
-    stage.waypoints.push_back(std::move(waypoint));
-  }
+void setArmPath(StagePath& stage, const JointPath& path) {
+  stage.dofs = stage.mover->arm_model->dofs;
+  stage.waypoints.assign(path.waypoints.begin(), path.waypoints.end());
 }
 
 void setFingerPath(StagePath& stage, const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
@@ -195,25 +177,32 @@ std::optional<JointPath> ExchangePlanner::straight(const Role& role, const ArmVe
   return std::move(*line);
 }
 
-std::optional<JointPath> ExchangePlanner::backOff(const Role& role, const ArmVector& q,
-                                                  const Pose& X_WT, StateChecker& checker) {
+template <typename EndAt>
+std::optional<JointPath> ExchangePlanner::longestStraight(const Role& role, const ArmVector& q,
+                                                          const Pose& X_WT,
+                                                          std::span<const double> distances,
+                                                          const EndAt& end_at,
+                                                          StateChecker& checker) {
   // The shortest first: where it is blocked, longer ones are, too.
-  auto shortest = straight(role, q, X_WT, role.backedOff(X_WT, kBackOff.back()), checker);
-  for (std::size_t i = 0; shortest && i + 1 < kBackOff.size(); ++i) {
-    auto line = straight(role, q, X_WT, role.backedOff(X_WT, kBackOff[i]), checker);
+  auto shortest = straight(role, q, X_WT, end_at(distances.back()), checker);
+  if (!shortest) return std::nullopt;
+  for (const double distance : distances.first(distances.size() - 1)) {
+    auto line = straight(role, q, X_WT, end_at(distance), checker);
     if (line) return line;
   }
   return shortest;
 }
 
+std::optional<JointPath> ExchangePlanner::backOff(const Role& role, const ArmVector& q,
+                                                  const Pose& X_WT, StateChecker& checker) {
+  const auto back = [&](double distance) { return role.backedOff(X_WT, distance); };
+  return longestStraight(role, q, X_WT, kBackOff, back, checker);
+}
+
 std::optional<JointPath> ExchangePlanner::lifted(const Role& role, const ArmVector& q,
                                                  const Pose& X_WT, StateChecker& checker) {
-  auto shortest = straight(role, q, X_WT, raised(X_WT, kLift.back()), checker);
-  for (std::size_t i = 0; shortest && i + 1 < kLift.size(); ++i) {
-    auto line = straight(role, q, X_WT, raised(X_WT, kLift[i]), checker);
-    if (line) return line;
-  }
-  return shortest;
+  const auto up = [&](double height) { return raised(X_WT, height); };
+  return longestStraight(role, q, X_WT, kLift, up, checker);
 }
 
 std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVector& from,
@@ -382,12 +371,8 @@ PrunedGrasps ExchangePlanner::pruneReceiverAt(const Pose& X_WH, const FeasibleGr
 }
 
 bool ExchangePlanner::giverReaches(const Pose& X_WH, const PrunedGrasps& picks) const {
-  IkQuery query;
-  query.swivel_samples = PruneEffort{}.swivels;
-  const auto enough = [](const ArmVector&) { return false; };
   return std::any_of(picks.kept.begin(), picks.kept.end(), [&](const FeasibleGrasp& pick) {
-    const Pose X_AT = giver_.worldToArm(X_WH * graspOf(giver_, pick).X_OT);
-    return giver_.kinematics->visit(X_AT, query, enough).solutions > 0;
+    return reaches(giver_, X_WH * graspOf(giver_, pick).X_OT);
   });
 }
 
@@ -417,13 +402,8 @@ bool ExchangePlanner::keepReachable(const Pose& X_WH, FeasibleGrasp& receive) {
   const Grasp& grasp = graspOf(receiver_, receive);
   const Pose X_WT = X_WH * grasp.X_OT;
   // Mostly the arm cannot fold so far: then no configuration needs to be looked at.
-  IkQuery behind;
-  behind.swivel_samples = 8;
-  const auto enough = [](const ArmVector&) { return false; };
   const Pose X_WT_back = receiver_.backedOff(X_WT, kBackOff.back());
-  if (receiver_.kinematics->visit(receiver_.worldToArm(X_WT_back), behind, enough).solutions == 0) {
-    return false;
-  }
+  if (!reaches(receiver_, X_WT_back)) return false;
 
   // With its fingers as they start: an arm stage moves the arm alone.
   CellState open = start_;
@@ -443,18 +423,10 @@ const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(
   const auto [entry, fresh] = picks_.try_emplace(pick.grasp);
   std::optional<PickMotion>& found = entry->second;
   if (!fresh) return found;
-  found = pickFrom(pick, giver_.fingersOf(start_.q[static_cast<std::size_t>(giver_.robot)]));
-  return found;
-}
-
-std::optional<ExchangePlanner::PickMotion> ExchangePlanner::pickFrom(
-    const FeasibleGrasp& pick, const Eigen::VectorXd& fingers) {
   const Grasp& grasp = graspOf(giver_, pick);
-  const auto robot = static_cast<std::size_t>(giver_.robot);
-  CellState open = start_;
-  open.q[robot] = giver_.withFingers(std::move(open.q[robot]), fingers);
+  // With its fingers as they start: an arm stage moves the arm alone.
   StateChecker open_checker =
-      checkers_.make(open, giver_, giver_.arm_model->dofs, {.start_rest = true});
+      checkers_.make(start_, giver_, giver_.arm_model->dofs, {.start_rest = true});
 
   const Pose X_WT = start_.X_WO * grasp.X_OT;
 
@@ -494,12 +466,13 @@ std::optional<ExchangePlanner::PickMotion> ExchangePlanner::pickFrom(
 
   open_checker.activate();
   std::uint32_t goal = 0;
-  const auto reach = search(giver_, giver_.armOf(start_.q[robot]), draw, open_checker,
-                            StageKind::kGiverReach, pick.grasp, &goal);
-  if (!reach || goal >= candidates.size()) return std::nullopt;
+  const ArmVector home = giver_.armOf(start_.q[static_cast<std::size_t>(giver_.robot)]);
+  const auto reach =
+      search(giver_, home, draw, open_checker, StageKind::kGiverReach, pick.grasp, &goal);
+  if (!reach || goal >= candidates.size()) return found;
   Candidate& chosen = candidates[goal];
-  return PickMotion{fingers, chosen.q_pick, *reach, std::move(chosen.approach),
-                    std::move(chosen.lift)};
+  found = PickMotion{chosen.q_pick, *reach, std::move(chosen.approach), std::move(chosen.lift)};
+  return found;
 }
 
 const std::optional<ExchangePlanner::PlaceMotion>& ExchangePlanner::placeMotion(
@@ -539,12 +512,6 @@ const std::optional<ExchangePlanner::PlaceMotion>& ExchangePlanner::placeMotion(
 }
 
 std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHands(const HandoverTuple& tuple) {
-  const auto robot = static_cast<std::size_t>(receiver_.robot);
-  return joinHandsFrom(tuple, receiver_.fingersOf(start_.q[robot]));
-}
-
-std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHandsFrom(
-    const HandoverTuple& tuple, const Eigen::VectorXd& fingers) {
   const Grasp& grasp_g = graspOf(giver_, tuple.give);
   const Grasp& grasp_r = graspOf(receiver_, tuple.receive);
   const auto giver = static_cast<std::size_t>(giver_.robot);
@@ -560,10 +527,8 @@ std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHandsFrom(
     given.X_WO = tuple.X_WH;
     given.holder = nullptr;  // stands still while the receiver comes
 
-    CellState open = given;
-    open.q[receiver] = receiver_.withFingers(std::move(open.q[receiver]), fingers);
     StateChecker arriving =
-        checkers_.make(open, receiver_, receiver_.arm_model->dofs, {.giver_hand = true});
+        checkers_.make(given, receiver_, receiver_.arm_model->dofs, {.giver_hand = true});
     if (!arriving.valid(receiver_.armOf(start_.q[receiver]))) continue;
     for (std::size_t j = 0; j < most(tuple.receive); ++j) {
       const ArmVector& q_r = tuple.receive.configurations[j];
@@ -585,7 +550,7 @@ std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHandsFrom(
       if (!leaving.valid(q_g)) continue;
       const auto away = backOff(giver_, q_g, X_WTg, leaving);
       if (!away) continue;
-      return Hands{fingers, q_g, q_r, reversed(*back), *away};
+      return Hands{q_g, q_r, reversed(*back), *away};
     }
   }
   return std::nullopt;
@@ -599,8 +564,6 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
   const auto receiver = static_cast<std::size_t>(receiver_.robot);
   const ArmVector q_g_start = giver_.armOf(start_.q[giver]);
   const ArmVector q_r_start = receiver_.armOf(start_.q[receiver]);
-  const Eigen::VectorXd fingers_g = giver_.fingersOf(start_.q[giver]);
-  const Eigen::VectorXd fingers_r = receiver_.fingersOf(start_.q[receiver]);
 
   const auto& place = placeMotion(tuple.place);
   if (!place) return Failure{toString(StageKind::kReceiverPlace)};
@@ -627,20 +590,17 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
 
   // The giver fetches the object.
   CellState now = start_;
-  setArmPath(stage(StageKind::kGiverReach, giver_, now, {}, {}), pick->reach, fingers_g,
-             pick->open);
-  now.q[giver] = giver_.withFingers(giver_.withArm(now.q[giver], pick->approach.waypoints.front()),
-                                    pick->open);
-  setArmPath(stage(StageKind::kGiverApproach, giver_, now, {}, {}), pick->approach, pick->open,
-             pick->open);
+  setArmPath(stage(StageKind::kGiverReach, giver_, now, {}, {}), pick->reach);
+  now.q[giver] = giver_.withArm(now.q[giver], pick->approach.waypoints.front());
+  setArmPath(stage(StageKind::kGiverApproach, giver_, now, {}, {}), pick->approach);
   now.q[giver] = giver_.withArm(now.q[giver], pick->q_pick);
   setFingerPath(
       stage(StageKind::kGiverGrasp, giver_, now, {.giver_hand = true, .start_rest = true}, {}),
-      pick->open, grasp_g.closed);
+      giver_.fingersOf(now.q[giver]), grasp_g.closed);
   now = holding(now, giver_, grasp_g, pick->q_pick);
   setArmPath(stage(StageKind::kGiverLift, giver_, now, {.giver_hand = true, .start_rest = true},
                    {&giver_}),
-             pick->lift, grasp_g.closed, grasp_g.closed);
+             pick->lift);
   now = holding(now, giver_, grasp_g, pick->lift.waypoints.back());
   std::vector<ArmVector> came_by;  // it may go back by the way that it came
   {
@@ -650,7 +610,7 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
     const auto path = route(giver_, pick->lift.waypoints.back(), hands->q_g, checker, transfer.kind,
                             tuple.give.grasp);
     if (!path) return Failure{toString(transfer.kind)};
-    setArmPath(transfer, *path, grasp_g.closed, grasp_g.closed);
+    setArmPath(transfer, *path);
     for (const JointPath* came : {&pick->reach, &*path}) {
       came_by.insert(came_by.end(), came->waypoints.begin(), came->waypoints.end());
     }
@@ -663,24 +623,19 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
   {
     StagePath& reach =
         stage(StageKind::kReceiverReach, receiver_, now, {.giver_hand = true}, {&giver_});
-    CellState open = now;
-    open.q[receiver] = receiver_.withFingers(std::move(open.q[receiver]), hands->receiver_open);
-    StateChecker checker =
-        checkers_.make(open, receiver_, receiver_.arm_model->dofs, reach.contacts);
+    StateChecker checker = checkerOf(reach);
     const auto path = route(receiver_, q_r_start, hands->receiver_approach.waypoints.front(),
                             checker, reach.kind, tuple.receive.grasp);
     if (!path) return Failure{toString(reach.kind)};
-    setArmPath(reach, *path, fingers_r, hands->receiver_open);
+    setArmPath(reach, *path);
   }
-  now.q[receiver] = receiver_.withFingers(
-      receiver_.withArm(now.q[receiver], hands->receiver_approach.waypoints.front()),
-      hands->receiver_open);
+  now.q[receiver] = receiver_.withArm(now.q[receiver], hands->receiver_approach.waypoints.front());
   setArmPath(stage(StageKind::kReceiverApproach, receiver_, now, {.giver_hand = true}, {&giver_}),
-             hands->receiver_approach, hands->receiver_open, hands->receiver_open);
+             hands->receiver_approach);
   now.q[receiver] = receiver_.withArm(now.q[receiver], hands->q_r);
   const AllowedContacts both{.giver_hand = true, .receiver_hand = true};
   setFingerPath(stage(StageKind::kReceiverGrasp, receiver_, now, both, {&giver_}),
-                hands->receiver_open, grasp_r.closed);
+                receiver_.fingersOf(now.q[receiver]), grasp_r.closed);
   now.q[receiver] = receiver_.withFingers(now.q[receiver], grasp_r.closed);
   setFingerPath(stage(StageKind::kGiverRelease, giver_, now, both, {&giver_, &receiver_}),
                 grasp_g.closed, grasp_g.open);
@@ -693,7 +648,7 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
     const auto path = route(giver_, hands->giver_back.waypoints.back(), q_g_start, checker,
                             retreat.kind, tuple.give.grasp, came_by);
     if (!path) return Failure{toString(retreat.kind)};
-    setArmPath(retreat, joined(hands->giver_back, *path), grasp_g.open, grasp_g.open);
+    setArmPath(retreat, joined(hands->giver_back, *path));
   }
 
   // And puts it down.
@@ -706,12 +661,12 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
     const auto path = route(receiver_, hands->q_r, place->place.waypoints.front(), checker,
                             transfer.kind, tuple.place.grasp);
     if (!path) return Failure{toString(transfer.kind)};
-    setArmPath(transfer, *path, grasp_r.closed, grasp_r.closed);
+    setArmPath(transfer, *path);
   }
   now = holding(now, receiver_, grasp_r, place->place.waypoints.front());
   setArmPath(stage(StageKind::kReceiverPlace, receiver_, now,
                    {.receiver_hand = true, .goal_rest = true}, {&receiver_}),
-             place->place, grasp_r.closed, grasp_r.closed);
+             place->place);
   now = holding(now, receiver_, grasp_r, place->q_place);
   now.holder = nullptr;
   now.X_WO = problem_.task.X_WO_goal;
@@ -721,7 +676,7 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
   now.q[receiver] = receiver_.withFingers(now.q[receiver], grasp_r.open);
   StagePath& retreat = stage(StageKind::kReceiverRetreat, receiver_, now, {}, {});
   retreat.early_contacts = {.receiver_hand = true};
-  setArmPath(retreat, place->retreat, grasp_r.open, grasp_r.open);
+  setArmPath(retreat, place->retreat);
 
   Exchange exchange;
   exchange.stages = std::move(stages);

@@ -9,6 +9,7 @@
 
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -93,7 +94,6 @@ class ExchangePlanner {
 
  private:
   struct PickMotion {
-    Eigen::VectorXd open;  ///< fingers until the grasp
     ArmVector q_pick;
     JointPath reach, approach, lift;
   };
@@ -104,22 +104,25 @@ class ExchangePlanner {
   };
 
   struct Hands {
-    Eigen::VectorXd receiver_open;  ///< receiver's fingers until its grasp
     ArmVector q_g, q_r;
     JointPath receiver_approach, giver_back;  ///< straight on to q_r; straight back from q_g
   };
 
   const std::optional<PickMotion>& pickMotion(const FeasibleGrasp& pick);
   const std::optional<PlaceMotion>& placeMotion(const FeasibleGrasp& place);
-  std::optional<PickMotion> pickFrom(const FeasibleGrasp& pick, const Eigen::VectorXd& open);
   std::optional<Hands> joinHands(const HandoverTuple& tuple);
-  std::optional<Hands> joinHandsFrom(const HandoverTuple& tuple, const Eigen::VectorXd& open);
 
   /// The state with the object in the role's hand, closed by the grasp, at an arm configuration.
   CellState holding(CellState state, const Role& role, const Grasp& grasp,
                     const ArmVector& q) const;
   std::optional<JointPath> straight(const Role& role, const ArmVector& q, const Pose& X_WT,
                                     const Pose& X_WT_end, StateChecker& checker);
+  /// The straight line of the greatest of the distances (falling) that is free; end_at(distance)
+  /// is where it leads.
+  template <typename EndAt>
+  std::optional<JointPath> longestStraight(const Role& role, const ArmVector& q, const Pose& X_WT,
+                                           std::span<const double> distances, const EndAt& end_at,
+                                           StateChecker& checker);
   /// Straight back from a grasp, against its approach; straight up with the object.
   std::optional<JointPath> backOff(const Role& role, const ArmVector& q, const Pose& X_WT,
                                    StateChecker& checker);

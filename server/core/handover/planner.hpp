@@ -48,8 +48,10 @@ struct HandoverProblem {
 /// (which the caller emits). Same problem, same stages, byte for byte. Safe from any thread.
 Outcome planHandover(const HandoverProblem& problem, StageSink& sink, const Deadline& deadline);
 
-/// Whether the maps leave the problem a chance: an arm for the start, one for the goal and a point
-/// that both reach. No kinematics, no collisions; of `collision` only which bodies there are.
+/// Whether the maps leave the problem a chance: an arm for the start, one for the goal (rankArms)
+/// and a lattice point that both reach by their maps. No collisions; of `collision` only which
+/// bodies there are. `wide` also looks at points beyond the maps, and may now and then find a plan
+/// where this says no.
 bool mapsAllow(const HandoverProblem& problem);
 
 /// All that an arm can reach, and more: a ball about its shoulder.
