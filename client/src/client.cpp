@@ -223,7 +223,15 @@ struct Client::Impl {
       return;
     }
     // A daemon that came back sends the same stages again from the first on.
-    if (stage->sequence != state->next_sequence) return;
+    if (stage->sequence < state->next_sequence) return;
+    if (stage->sequence > state->next_sequence) {
+      lock.unlock();
+      fail(state, Code::kBadStream,
+           "stage " + std::to_string(state->next_sequence) + " is missing before stage " +
+               std::to_string(stage->sequence));
+      lock.lock();
+      return;
+    }
     ++state->next_sequence;
     if (const auto* path = std::get_if<StageTrajectory>(&stage->payload)) {
       const bool whole = ++state->stages_seen[path->solution] == kStageCount;

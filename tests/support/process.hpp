@@ -58,7 +58,8 @@ std::vector<std::string> words(const std::string& text);
 /// A file's content; empty when it cannot be read.
 std::string textOf(const std::filesystem::path& file);
 
-/// A DDS domain that nobody on this machine uses now, a different one at each call.
+/// A DDS domain that nobody on this machine uses, ours until this process ends; a different one at
+/// each call.
 int freeDomain();
 
 }  // namespace handover::test

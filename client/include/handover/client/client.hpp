@@ -29,7 +29,7 @@ class ClientError : public std::runtime_error {
     kNoDaemon,     ///< nobody there, or nobody took the request, within `wait`
     kDaemonLost,   ///< the daemon went away during the request and did not come back within `wait`
     kInterrupted,  ///< interrupt() was called
-    kBadStream,    ///< the daemon sent what cannot be read
+    kBadStream,    ///< the daemon sent what cannot be read, or a stage is missing
     kDds,          ///< the middleware failed
   };
 
