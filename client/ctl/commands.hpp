@@ -53,6 +53,7 @@ struct ExperimentOptions {
   int jobs = 1;          ///< requests in flight at once
   double stretch = 1.0;  ///< of the ranges, about their middles
   std::string output;    ///< experiment file, or empty
+  std::string html;      ///< page that shows the experiment, or empty
   std::string plans;     ///< folder for plan files, or empty
   bool verify = false;   ///< every plan, by handover-verify
 };

@@ -3,6 +3,7 @@
 #include "command.hpp"
 #include "draw.hpp"
 #include "experiment_file.hpp"
+#include "experiment_page.hpp"
 #include "output_file.hpp"
 #include "verify_program.hpp"
 
@@ -29,6 +30,8 @@ namespace fs = std::filesystem;
 using client::Client;
 using client::Json;
 using client::PlanHandle;
+
+constexpr std::uint64_t kLattices = 100;  // runs whose crossed maps the page shows
 
 /// Ends an experiment with an exit code of its own.
 struct ExperimentFailure {
@@ -133,6 +136,9 @@ class Experiment {
     record.search = options_.request.search;
     record.stretch = options_.stretch;
     record.machine = machineText();
+    record.task = options_.request.task;
+    if (record.task.empty() && !cell.tasks.empty()) record.task = cell.tasks.front();
+    record.daemon_version = daemon_version_;
     for (auto& [index, run] : answered_) record.runs.push_back(std::move(run));
     return record;
   }
@@ -160,7 +166,10 @@ class Experiment {
       for (const DaemonStatus& daemon : daemons) {
         for (const CellInfo& cell : daemon.cells) {
           if (cell.name != options_.request.cell) continue;
-          if (daemon.state == DaemonState::kReady) return checked(cell);
+          if (daemon.state == DaemonState::kReady) {
+            daemon_version_ = daemon.version;
+            return checked(cell);
+          }
           found = &cell;
         }
       }
@@ -246,12 +255,21 @@ class Experiment {
     record.planning_time_s = handle.answerTime().count();
     if (const auto first = handle.firstPlanTime()) record.first_plan_s = first->count();
     record.counts = answer->funnel.counts();
+    if (!options_.html.empty()) keepPlaces(answer->funnel, record);
     describe(outcome, record);
     if (record.done() && !answer->plan.complete()) {
       throw ExperimentFailure{kExitInternal, "the daemon sent no whole plan"};
     }
     if (!plansFolder().empty()) keepPlan(answer->plan, record);
     return outcome;
+  }
+
+  static void keepPlaces(const Funnel& funnel, RunRecord& record) {
+    if (const Solution* chosen = funnel.chosen()) {
+      const Pose X_WT = toPose(chosen->X_WO_handover) * toPose(chosen->X_OT_receiver);
+      record.handover = {chosen->X_WO_handover.xyz, toValue(X_WT).xyz};
+    }
+    if (record.index < kLattices) record.lattice = funnel.lattice();
   }
 
   static void describe(const Outcome& outcome, RunRecord& record) {
@@ -341,6 +359,7 @@ class Experiment {
   std::optional<VerifyProgram> verifier_;
   std::optional<ScratchFolder> scratch_;
   std::vector<Variation> variations_;
+  std::string daemon_version_;
 
   std::mutex mutex_;  // guards all below
   std::condition_variable changed_;
@@ -373,11 +392,13 @@ int exitCodeOf(const CommonOptions& common, const ExperimentRecord& record) {
 }  // namespace
 
 int runExperiment(const CommonOptions& common, const ExperimentOptions& options) {
-  std::optional<OutputFile> output;
-  if (!options.output.empty()) {
-    output.emplace(options.output);
-    if (!output->writable()) {
-      return fail(common, kExitConfiguration, "cannot write " + options.output);
+  // Opened before the daemon is asked: what cannot be kept need not be planned.
+  std::optional<OutputFile> output, html;
+  for (const auto& [path, file] :
+       {std::pair(&options.output, &output), std::pair(&options.html, &html)}) {
+    if (path->empty()) continue;
+    if (!file->emplace(*path).writable()) {
+      return fail(common, kExitConfiguration, "cannot write " + *path);
     }
   }
   return withClient(common, [&](Client& client) -> int {
@@ -396,6 +417,9 @@ int runExperiment(const CommonOptions& common, const ExperimentOptions& options)
       }
       if (output && !output->commit(client::pretty(toJson(record)) + "\n")) {
         return fail(common, kExitConfiguration, "cannot write " + options.output);
+      }
+      if (html && !html->commit(experimentPage(record))) {
+        return fail(common, kExitConfiguration, "cannot write " + options.html);
       }
       return exitCodeOf(common, record);
     } catch (const ExperimentFailure& failure) {

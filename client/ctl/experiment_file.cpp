@@ -14,23 +14,10 @@ namespace {
 
 using client::Json;
 
-/// Means of the paper's 100 runs of a scene, all of which were solved.
-struct PaperRow {
-  const char* cell;
-  const char* table;
-  double seconds, grasps_giver, grasps_receiver, handover_poses;
-};
-
 constexpr PaperRow kPaper[] = {{"butler", "II", 2.31, 32.36, 39.77, 16.64},
                                {"butler_left", "II", 2.31, 32.36, 39.77, 16.64},
                                {"stool", "III", 4.62, 56.87, 143.28, 89.49},
                                {"kneeling", "IV", 3.18, 30.45, 72.91, 39.89}};
-
-const PaperRow* paperRow(const std::string& cell) {
-  const auto* row = std::find_if(std::begin(kPaper), std::end(kPaper),
-                                 [&cell](const PaperRow& r) { return cell == r.cell; });
-  return row == std::end(kPaper) ? nullptr : row;
-}
 
 double quantile(const std::vector<double>& sorted, double fraction) {
   const double place = fraction * static_cast<double>(sorted.size() - 1);
@@ -131,6 +118,12 @@ void printMeans(std::ostream& out, const ExperimentRecord& experiment) {
 
 }  // namespace
 
+const PaperRow* paperRow(const std::string& cell) {
+  const auto* row = std::find_if(std::begin(kPaper), std::end(kPaper),
+                                 [&cell](const PaperRow& r) { return cell == r.cell; });
+  return row == std::end(kPaper) ? nullptr : row;
+}
+
 void Funnel::add(const PlanStage& stage) {
   if (const auto* scene = std::get_if<SceneSnapshot>(&stage.payload)) {
     giver_ = scene->giver;
@@ -145,7 +138,14 @@ void Funnel::add(const PlanStage& stage) {
   } else if (const auto* solution = std::get_if<Solution>(&stage.payload)) {
     giver_arm_ = solution->giver_arm;
     receiver_arm_ = solution->receiver_arm;
+    solutions_.push_back(*solution);
+  } else if (const auto* outcome = std::get_if<Outcome>(&stage.payload)) {
+    if (const auto* done = std::get_if<Done>(outcome)) final_ = done->solution;
   }
+}
+
+bool Funnel::ofTheseArms(const HandoverCandidates& candidates) const {
+  return candidates.giver_arm == giver_arm_ && candidates.receiver_arm == receiver_arm_;
 }
 
 Funnel::Counts Funnel::counts() const {
@@ -157,11 +157,25 @@ Funnel::Counts Funnel::counts() const {
     }
   }
   for (const HandoverCandidates& candidates : candidates_) {
-    if (candidates.giver_arm != giver_arm_ || candidates.receiver_arm != receiver_arm_) continue;
+    if (!ofTheseArms(candidates)) continue;
     counts.handover_poses += candidates.poses;
     counts.tuples += candidates.tuples;
   }
   return counts;
+}
+
+std::vector<LatticeCell> Funnel::lattice() const {
+  for (const HandoverCandidates& candidates : candidates_) {
+    if (ofTheseArms(candidates) && !candidates.lattice.empty()) return candidates.lattice;
+  }
+  return {};
+}
+
+const Solution* Funnel::chosen() const {
+  for (const Solution& solution : solutions_) {
+    if (solution.index == final_) return &solution;
+  }
+  return nullptr;
 }
 
 std::optional<Spread> spreadOf(std::vector<double> sample) {

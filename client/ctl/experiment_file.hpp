@@ -7,6 +7,7 @@
 
 #include <handover/common/plan.hpp>
 
+#include <array>
 #include <cstdint>
 #include <iosfwd>
 #include <optional>
@@ -14,6 +15,16 @@
 #include <vector>
 
 namespace handover::ctl {
+
+/// Means of the paper's 100 runs of a scene, all of which were solved.
+struct PaperRow {
+  const char* cell;
+  const char* table;
+  double seconds, grasps_giver, grasps_receiver, handover_poses;
+};
+
+/// Nullptr for a cell that is none of the paper's scenes.
+const PaperRow* paperRow(const std::string& cell);
 
 /// How far the search of one request came, by its stream: |G_g|, |G_r|, handover poses and tuples
 /// of the solution's arms, or of the arms selected if there is no solution.
@@ -27,10 +38,26 @@ class Funnel {
 
   Counts counts() const;
 
+  /// The crossed maps of the same arms, best cell first.
+  std::vector<LatticeCell> lattice() const;
+
+  /// The solution that the outcome names; nullptr without one.
+  const Solution* chosen() const;
+
  private:
+  bool ofTheseArms(const HandoverCandidates& candidates) const;
+
   std::string giver_, receiver_, giver_arm_, receiver_arm_;
   std::vector<GraspsPruned> pruned_;
   std::vector<HandoverCandidates> candidates_;
+  std::vector<Solution> solutions_;
+  std::optional<std::uint32_t> final_;  ///< index of a solution
+};
+
+/// Where the object changed hands, in W [m].
+struct HandoverPlace {
+  std::array<double, 3> object{};         ///< the object's origin
+  std::array<double, 3> receiver_tool{};  ///< the lattice's cells are places of it
 };
 
 /// One run: one draw that was answered.
@@ -46,6 +73,9 @@ struct RunRecord {
   std::optional<double> first_plan_s;
   Funnel::Counts counts;
   std::optional<std::vector<std::string>> violations;  ///< if its plan was verified
+  // For the page alone, not in the file.
+  std::optional<HandoverPlace> handover;
+  std::vector<LatticeCell> lattice;
 
   bool done() const { return outcome == "done"; }
 };
@@ -58,6 +88,8 @@ struct ExperimentRecord {
   double stretch = 1;
   std::string machine;
   std::vector<RunRecord> runs;
+  // For the page alone, not in the file.
+  std::string task, daemon_version;
 };
 
 /// Of a sample: p95 and median interpolate between the two nearest values.

@@ -146,7 +146,6 @@ PlanOptions finish(const PlanFlags& flags) {
 struct ExperimentFlags {
   ExperimentOptions options;
   SearchFlags search;
-  std::string html;
 };
 
 void addExperiment(CLI::App& app, ExperimentFlags& flags) {
@@ -174,7 +173,8 @@ void addExperiment(CLI::App& app, ExperimentFlags& flags) {
   app.add_option("--plans", options.plans, "Write the plans to this folder, NNN.json by run")
       ->check(checkNotEmpty);
   app.add_flag("--verify", options.verify, "Have handover-verify check every plan");
-  app.add_option("--html", flags.html, "Write a page that shows the experiment");
+  app.add_option("--html", options.html, "Write a page that shows the experiment")
+      ->check(checkNotEmpty);
 }
 
 std::string checkView(const std::string& text) {
@@ -258,7 +258,6 @@ int run(int argc, char** argv) {
   if (plan->parsed()) return runPlan(common, options);
   if (view->parsed()) return runView(common, view_options);
   if (experiment->parsed()) {
-    if (!experiment_flags.html.empty()) return notBuiltYet("--html");
     setSearch(experiment_flags.search, experiment_flags.options.request);
     return runExperiment(common, experiment_flags.options);
   }

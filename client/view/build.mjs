@@ -1,35 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundles the viewer into one page without outside references. usage: node build.mjs OUTPUT.html
-// The page holds @DATA@ where the plan goes in; its policy allows this one script and style, and no network.
+// Bundles src/NAME.{js,html,css} into one page without outside references. usage: node build.mjs NAME OUTPUT.html
+// The page holds @DATA@ where its data go in; its policy allows this one script and style, and no network.
 import {createHash} from 'node:crypto';
-import {readFileSync, writeFileSync} from 'node:fs';
+import {existsSync, readFileSync, writeFileSync} from 'node:fs';
 import {dirname, join} from 'node:path';
 import {fileURLToPath} from 'node:url';
 
 import {build} from 'esbuild';
 
 const here = dirname(fileURLToPath(import.meta.url));
-const output = process.argv[2];
+const [name, output] = process.argv.slice(2);
 if (!output) {
-  console.error('usage: node build.mjs OUTPUT.html');
+  console.error('usage: node build.mjs NAME OUTPUT.html');
   process.exit(2);
+}
+const source = (ending) => readFileSync(join(here, `src/${name}.${ending}`), 'utf8');
+
+// The licences of the packages in the bundle: the text where a package brings it, else its name.
+function notices(inputs) {
+  const packages = new Set(inputs.map((input) => input.match(/node_modules\/((?:@[^/]+\/)?[^/]+)\//)?.[1]));
+  packages.delete(undefined);
+  return [...packages].sort().map((each) => {
+    const folder = join(here, 'node_modules', each), file = join(folder, 'LICENSE');
+    const text = existsSync(file) ? readFileSync(file, 'utf8').trim() :
+                                    JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8')).license;
+    return `/* ${each}:\n${text}\n*/\n`;
+  }).join('');
 }
 
 const bundle = await build({
-  entryPoints: [join(here, 'src/main.js')],
+  entryPoints: [join(here, `src/${name}.js`)],
   bundle: true,
   minify: true,
   format: 'iife',
   target: 'es2020',
-  legalComments: 'inline',
+  legalComments: 'none',
+  metafile: true,
   write: false,
 });
 const hash = (text) => `'sha256-${createHash('sha256').update(text).digest('base64')}'`;
-const script = bundle.outputFiles[0].text.replaceAll('</script', '<\\/script');
-const style = readFileSync(join(here, 'src/style.css'), 'utf8');
+const script = (notices(Object.keys(bundle.metafile.inputs)) + bundle.outputFiles[0].text).replaceAll('</script', '<\\/script');
+const style = source('css');
 const policy = `default-src 'none'; script-src ${hash(script)}; style-src ${hash(style)}; ` +
     `img-src data: blob:; base-uri 'none'; form-action 'none'`;
-const page = readFileSync(join(here, 'src/page.html'), 'utf8')
+const page = source('html')
                  .replace('@POLICY@', () => policy)
                  .replace('@STYLE@', () => style)
                  .replace('@SCRIPT@', () => script);

@@ -11,17 +11,16 @@
 
 #include <string_view>
 
-// The page without its data, as the bundler made it.
-extern const char kViewerPage[];
-extern const char kViewerPageEnd[];
+// The pages without their data, as the bundler made them.
+extern const char kViewerPage[], kViewerPageEnd[], kReportPage[], kReportPageEnd[];
 asm(".section .rodata\n"
-    ".global kViewerPage\n"
-    "kViewerPage:\n"
-    ".incbin \"" HANDOVER_VIEWER_PAGE
-    "\"\n"
-    ".global kViewerPageEnd\n"
-    "kViewerPageEnd:\n"
-    ".byte 0\n"
+    ".global kViewerPage, kViewerPageEnd, kReportPage, kReportPageEnd\n"
+    "kViewerPage: .incbin \"" HANDOVER_PAGES
+    "/viewer.html\"\n"
+    "kViewerPageEnd: .byte 0\n"
+    "kReportPage: .incbin \"" HANDOVER_PAGES
+    "/report.html\"\n"
+    "kReportPageEnd: .byte 0\n"
     ".previous\n");
 
 namespace handover::view {
@@ -98,7 +97,7 @@ class PageFiles {
 };
 
 /// JSON that may stand inside a script element.
-std::string embeddable(std::string json) {
+std::string embeddable(const std::string& json) {
   std::string text;
   text.reserve(json.size());
   for (const char c : json) {
@@ -111,6 +110,14 @@ std::string embeddable(std::string json) {
   return text;
 }
 
+std::string filled(const char* page_begin, const char* page_end, const std::string& json) {
+  const std::string_view page(page_begin, static_cast<std::size_t>(page_end - page_begin));
+  const std::string_view marker = "@DATA@";
+  const std::size_t at = page.rfind(marker);
+  return std::string(page.substr(0, at)) + embeddable(json) +
+         std::string(page.substr(at + marker.size()));
+}
+
 }  // namespace
 
 std::string planPage(const std::string& plan_text, const fs::path& root) {
@@ -119,12 +126,13 @@ std::string planPage(const std::string& plan_text, const fs::path& root) {
   for (const auto& robot : plan.robots) files.addRobot(robot.urdf);
   for (const auto& object : plan.objects) files.addGeometry(object.geometry);
 
-  const std::string_view page(kViewerPage, static_cast<std::size_t>(kViewerPageEnd - kViewerPage));
-  const std::string_view marker = "@DATA@";
-  const std::size_t at = page.rfind(marker);
-  return std::string(page.substr(0, at)) + "{\"files\":" + embeddable(files.files().dump()) +
-         ",\"meshes\":" + embeddable(files.meshes().dump()) + ",\"plan\":" + embeddable(plan_text) +
-         "}" + std::string(page.substr(at + marker.size()));
+  return filled(kViewerPage, kViewerPageEnd,
+                "{\"files\":" + files.files().dump() + ",\"meshes\":" + files.meshes().dump() +
+                    ",\"plan\":" + plan_text + "}");
+}
+
+std::string experimentPage(const std::string& data) {
+  return filled(kReportPage, kReportPageEnd, data);
 }
 
 }  // namespace handover::view

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One self-contained page that shows a plan in a browser.
+// Self-contained pages that show a plan or an experiment in a browser.
 #pragma once
 
 #include <filesystem>
@@ -11,5 +11,9 @@ namespace handover::view {
 /// @param root folder that the plan's paths are relative to.
 /// @throws verify::Unreadable when the text is no plan file or a file that it names cannot be read.
 std::string planPage(const std::string& plan_text, const std::filesystem::path& root);
+
+/// The page of an experiment, no outside reference.
+/// @param data what src/report.js reads, as JSON text.
+std::string experimentPage(const std::string& data);
 
 }  // namespace handover::view

@@ -192,6 +192,11 @@ void checkPayload(Checker& c, const HandoverCandidates& candidates) {
   c.name("handover_candidates.giver_arm", candidates.giver_arm);
   c.name("handover_candidates.receiver_arm", candidates.receiver_arm);
   c.rejects("handover_candidates.rejects", candidates.rejects);
+  c.list("handover_candidates.lattice", candidates.lattice, bounds::kLattice,
+         [&c](const auto& at, const LatticeCell& cell) {
+           for (const double v : cell.centre) c.finite(at + ".centre", v);
+           c.finite(at + ".score", cell.score);
+         });
 }
 
 void checkPayload(Checker& c, const Solution& solution) {

@@ -88,6 +88,17 @@ RejectCount fromWire(const msg::RejectCount& reject) {
   return {reject.cause(), fromWire(reject.pair()), reject.hits()};
 }
 
+msg::LatticeCell toWire(const LatticeCell& cell) {
+  msg::LatticeCell out;
+  out.centre(toWire(cell.centre));
+  out.score(cell.score);
+  return out;
+}
+
+LatticeCell fromWire(const msg::LatticeCell& cell) {
+  return {fromWire(cell.centre()), cell.score()};
+}
+
 msg::CellVariation toWire(const Variation& variation) {
   msg::CellVariation out;
   out.path(variation.path);
@@ -373,6 +384,7 @@ void put(msg::StagePayload& out, const HandoverCandidates& candidates) {
   value.poses(candidates.poses);
   value.tuples(candidates.tuples);
   value.rejects(allToWire<msg::RejectCount>(candidates.rejects));
+  value.lattice(allToWire<msg::LatticeCell>(candidates.lattice));
   out.handover_candidates_value(std::move(value));
 }
 
@@ -383,7 +395,8 @@ HandoverCandidates fromWire(const msg::HandoverCandidates& value) {
           value.poses_tried(),
           value.poses(),
           value.tuples(),
-          allFromWire<RejectCount>(value.rejects())};
+          allFromWire<RejectCount>(value.rejects()),
+          allFromWire<LatticeCell>(value.lattice())};
 }
 
 void put(msg::StagePayload& out, const Solution& solution) {

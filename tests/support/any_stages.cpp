@@ -181,7 +181,10 @@ HandoverCandidates anyCandidates() {
           anyCount(),
           anyCount(),
           anyCount(),
-          several(0, 3, anyReject)};
+          several(0, 3, anyReject),
+          several(0, 3, [] {
+            return LatticeCell{{anyNumber(), anyNumber(), anyNumber()}, anyNumber()};
+          })};
 }
 
 Solution anySolution(std::uint32_t index) {

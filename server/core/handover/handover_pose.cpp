@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/handover/handover_pose.hpp"
 
+#include <handover/common/plan.hpp>
+
 #include <algorithm>
 #include <cmath>
 
 namespace handover {
 namespace {
-
-constexpr double kLatticeEdge = 0.05;  // [m], design §7
 
 /// Calls visit(centre) for the lattice points within `radius` of the shoulders' midpoint.
 template <typename Visit>

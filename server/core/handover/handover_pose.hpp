@@ -29,8 +29,9 @@ struct LatticePoint {
   double manipulability = 0;  ///< mean of both maps' entries
 };
 
-/// Lattice points (5 cm cells anchored at the world's origin, their centres) within `radius` of the
-/// shoulders' midpoint that both arms reach: best mean manipulability first, ties by lattice index.
+/// Lattice points (cells of kLatticeEdge anchored at the world's origin, their centres) within
+/// `radius` of the shoulders' midpoint that both arms reach: best mean manipulability first, ties
+/// by lattice index.
 std::vector<LatticePoint> crossMaps(const PlacedMap& giver, const PlacedMap& receiver,
                                     double radius);
 

@@ -5,6 +5,8 @@
 #include "core/handover/exchange.hpp"
 #include "core/handover/stage_timing.hpp"
 
+#include <handover/common/check.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -43,6 +45,16 @@ Failed failed(FailureReason reason, std::string filter, std::string text,
   result.explanation.text = std::move(text);
   result.explanation.causes = std::move(causes);
   return result;
+}
+
+/// The points as a stage carries them, cut at what it may carry.
+std::vector<LatticeCell> latticeOf(const std::vector<LatticePoint>& points) {
+  std::vector<LatticeCell> cells(std::min(points.size(), bounds::kLattice));
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const Eigen::Vector3d& p_W = points[i].p_W;
+    cells[i] = {{p_W.x(), p_W.y(), p_W.z()}, points[i].manipulability};
+  }
+  return cells;
 }
 
 bool noneKept(const std::map<int, PrunedGrasps>& by_arm) {
@@ -395,7 +407,8 @@ bool HandoverSearch::tryPoses(Pairing& pairing, bool widened) {
   poses_asked_ += counts.poses_tried;
   counts.rejects = rejects.counts();
   handover_rejects_.add(rejects);
-  sink_.emit(counts);
+  if (!widened) counts.lattice = latticeOf(pairing.points);
+  sink_.emit(std::move(counts));
   for (std::size_t i = 0; i < poses_.size() && !solved; ++i) {
     solved = tryTuples(pairing, std::move(poses_[i]), kTuplesPerPose);
   }

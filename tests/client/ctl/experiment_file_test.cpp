@@ -45,8 +45,8 @@ TEST(Funnel, CountsTheArmsSelectedWhenThereIsNoSolution) {
   add(GraspsPruned{"crichton", "right", 316, 31, {}});
   add(GraspsPruned{"crichton", "left", 316, 99, {}});
   add(GraspsPruned{"hubo", "left", 368, 7, {}});
-  add(HandoverCandidates{"right", "left", 5, 7, 2, 9, {}});
-  add(HandoverCandidates{"left", "left", 5, 7, 70, 90, {}});
+  add(HandoverCandidates{"right", "left", 5, 7, 2, 9, {}, {}});
+  add(HandoverCandidates{"left", "left", 5, 7, 70, 90, {}, {}});
   const auto counts = funnel.counts();
   EXPECT_EQ(counts.grasps_giver, 31u);
   EXPECT_EQ(counts.grasps_receiver, 7u);

@@ -236,6 +236,20 @@ TEST(StageCodec, RefusesRowsThatDoNotFit) {
   EXPECT_THAT(faultsOf(message), names("trajectory.kind"));
 }
 
+TEST(StageCodec, RefusesALatticeBeyondItsBounds) {
+  HandoverCandidates candidates{.giver_arm = "left", .receiver_arm = "right"};
+  candidates.lattice.resize(4096);
+  auto message = encode(PlanStage{RequestId::random(), 0, 0, candidates});
+  EXPECT_TRUE(faultsOf(throughBytes<msg::PlanStagePubSubType>(message)).empty());
+  auto& lattice = message.payload().handover_candidates_value().lattice();
+  lattice[7].centre().y(kInf);
+  lattice[8].score(kNan);
+  EXPECT_THAT(faultsOf(message), names("handover_candidates.lattice[7].centre"));
+  EXPECT_THAT(faultsOf(message), names("handover_candidates.lattice[8].score"));
+  lattice.assign(4097, {});
+  EXPECT_THAT(faultsOf(message), names("handover_candidates.lattice"));
+}
+
 TEST(StageCodec, RefusesStrangeGeometry) {
   const PlanStage stage{RequestId::random(), 0, 0, test::sampleScene()};
   auto message = encode(stage);

@@ -25,6 +25,7 @@ inline constexpr std::size_t kObjects = 1024;
 inline constexpr std::size_t kJoints = 512;
 inline constexpr std::size_t kParts = 4096;
 inline constexpr std::size_t kPairs = 4096;
+inline constexpr std::size_t kLattice = 4096;
 inline constexpr std::size_t kSamples = 100'000;
 inline constexpr std::size_t kCells = 1024;
 inline constexpr std::size_t kVariations = 256;

@@ -145,6 +145,15 @@ struct GraspsPruned {
   bool operator==(const GraspsPruned&) const = default;
 };
 
+inline constexpr double kLatticeEdge = 0.05;  ///< of the world lattice's cells [m]
+
+/// A cell of the world lattice, which is anchored at the world's origin.
+struct LatticeCell {
+  std::array<double, 3> centre{};
+  double score = 0;  ///< mean of both arms' map entries
+  bool operator==(const LatticeCell&) const = default;
+};
+
 /// Alg. 2 and 3: handover poses tried, and those whose pruned giver set is not empty.
 struct HandoverCandidates {
   std::string giver_arm, receiver_arm;
@@ -153,6 +162,9 @@ struct HandoverCandidates {
   std::uint32_t poses = 0;        ///< X_WH with a giver grasp: the paper's "handover poses"
   std::uint32_t tuples = 0;       ///< (X_WH, g_r, g_g)
   std::vector<RejectCount> rejects;
+  /// The cells that both arms reach near the midpoint, best first, cut at bounds::kLattice; where a
+  /// pair of arms has several of these stages, in its first only.
+  std::vector<LatticeCell> lattice;
   bool operator==(const HandoverCandidates&) const = default;
 };
 
