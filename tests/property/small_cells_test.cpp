@@ -9,9 +9,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <set>
 #include <thread>
 
 namespace handover::test {
@@ -71,6 +73,15 @@ TEST(SmallCells, FunnelAddsUpAndAgreesWithTheReason) {
       RC_ASSERT(candidates.poses <= candidates.poses_tried);
       RC_ASSERT(candidates.tuples >= candidates.poses);
       tuples += candidates.tuples;
+    }
+    std::set<std::pair<std::string, std::string>> arms;
+    for (const HandoverCandidates& candidates : recorder.all<HandoverCandidates>()) {
+      const bool first = arms.emplace(candidates.giver_arm, candidates.receiver_arm).second;
+      RC_ASSERT(candidates.lattice.size() == (first ? candidates.voxels : 0u));
+      RC_ASSERT(std::is_sorted(
+          candidates.lattice.begin(), candidates.lattice.end(),
+          [](const LatticeCell& a, const LatticeCell& b) { return a.score > b.score; }));
+      if (!candidates.lattice.empty()) RC_ASSERT(candidates.lattice.back().score > 0);
     }
     const bool done = std::holds_alternative<Done>(outcome);
     RC_ASSERT(recorder.all<Solution>().size() == (done ? 1u : 0u));

@@ -96,7 +96,7 @@ INSTANTIATE_TEST_SUITE_P(
         Usage{"experiment c --runs -1", 2}, Usage{"experiment c --jobs 0", 2},
         Usage{"experiment c --stretch -1", 2}, Usage{"experiment c --stretch nan", 2},
         Usage{"experiment c --seed x", 2}, Usage{"experiment c --mode fastest", 2},
-        Usage{"experiment c extra", 2}, Usage{"experiment c --html page.html", 3},
+        Usage{"experiment c extra", 2}, Usage{"experiment c --html=", 2},
         Usage{"view none.json -o plan.html", 2}, Usage{"view none.json", 2},
         Usage{"view none.json -o plan.txt", 2}, Usage{"plan --cell c --dump-state giver_grasp", 2},
         Usage{"plan --cell c --dump-state giver_nap cup.obj", 2},
@@ -133,8 +133,9 @@ TEST_F(Ctl, ChecksTheOutputBeforeAsking) {
   const TemporaryFolder folder;
   // Below a plain file: not even root can write there.
   const std::string output = folder.write("file", "").string() + "/plan.json";
-  for (const char* option : {"--output ", "--dump-state giver_grasp "}) {
-    const auto result = ctl("plan --cell c --wait 60 " + (option + output));
+  for (const char* command : {"plan --cell c --output ", "plan --cell c --dump-state giver_grasp ",
+                              "experiment c --output ", "experiment c --html "}) {
+    const auto result = ctl(command + output + " --wait 60");
     EXPECT_EQ(result.status, 3);
     EXPECT_THAT(result.err, HasSubstr(output));
   }
@@ -341,6 +342,34 @@ TEST_F(ScriptedCtl, AnExperimentAnswersEveryRun) {
   for (const auto& line : lines) {
     EXPECT_EQ(line["type"], "run");
     EXPECT_EQ(line["drawn"], file["records"][line["index"].get<std::size_t>()]["drawn"]);
+  }
+}
+
+TEST_F(ScriptedCtl, AnExperimentIsShownAsAPage) {
+  const TemporaryFolder folder;
+  const fs::path output = folder / "e.json", html = folder / "e.html";
+  const auto result = ctl("experiment script --task refuse_low --runs 12 --output " +
+                          output.string() + " --html " + html.string());
+  ASSERT_EQ(result.status, 0) << result.err;
+  const std::string page = textOf(html);
+  const std::string opening = R"(<script type="application/json" id="data">)";
+  const auto begin = page.find(opening) + opening.size();
+  ASSERT_LT(begin, page.size());
+  const auto data =
+      nlohmann::json::parse(page.substr(begin, page.find("</script>", begin) - begin));
+  const auto file = nlohmann::json::parse(textOf(output));
+  EXPECT_EQ(data["experiment"], file);
+  EXPECT_EQ(data["task"], "refuse_low");
+  EXPECT_EQ(data["versions"]["handoverd"], data["versions"]["handoverctl"]);
+  ASSERT_EQ(data["more"].size(), 12u);
+  for (std::size_t i = 0; i < 12; ++i) {
+    const auto& more = data["more"][i];
+    EXPECT_THAT(more["command"].get<std::string>(),
+                HasSubstr("--cell script --task refuse_low --mode best --search wide --seed " +
+                          std::to_string(i + 1) + " --set number=0."));
+    const bool done = file["records"][i]["outcome"] == "done";
+    EXPECT_EQ(more["lattice"].size(), done ? 2u : 0u);
+    EXPECT_EQ(more["handover"].is_null(), !done);
   }
 }
 

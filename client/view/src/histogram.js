@@ -5,8 +5,7 @@ import {axisBottom, axisLeft} from 'd3-axis';
 import {scaleLinear} from 'd3-scale';
 import {select} from 'd3-selection';
 
-const WIDTH = 1100, HEIGHT = 300, LEFT = 56, RIGHT = 20, TOP = 64, BOTTOM = 44;
-const BINS = 40;
+const WIDTH = 1100, HEIGHT = 300, LEFT = 56, RIGHT = 120, TOP = 64, BOTTOM = 44;  // the right holds marks' labels too
 const ROW = 17;  // of the marks' labels
 
 export class Histogram {
@@ -24,7 +23,9 @@ export class Histogram {
     const [unit, scale] = this.spread.max < 1 ? ['ms', 1e3] : ['s', 1];
     const timeOf = (record) => record.planning_time_s * scale;
     const x = scaleLinear([0, this.spread.max * scale || 1], [LEFT, WIDTH - RIGHT]).nice();
-    const bins = bin().value(timeOf).domain(x.domain()).thresholds(x.ticks(BINS))(this.records).filter((b) => b.x1 > b.x0);
+    // So many bins that those of the middle hold several runs where there are many.
+    const about = Math.min(50, Math.max(24, 2.5 * Math.sqrt(this.records.length)));
+    const bins = bin().value(timeOf).domain(x.domain()).thresholds(x.ticks(about))(this.records).filter((b) => b.x1 > b.x0);
     const y = scaleLinear([0, max(bins, (b) => b.length)], [HEIGHT - BOTTOM, TOP]).nice();
     const whole = y.ticks(6).filter(Number.isInteger);
 
@@ -51,21 +52,22 @@ export class Histogram {
     this.explain();
   }
 
+  // Each label stands right of its line and above the lines that follow.
   marks(x, unit, scale) {
     const digits = unit === 'ms' ? 1 : 2;
-    ['mean', 'median', 'p95'].forEach((key, i) => {
+    const keys = ['mean', 'median', 'p95'].sort((a, b) => this.spread[a] - this.spread[b]);
+    keys.forEach((key, i) => {
       const value = this.spread[key] * scale, at = x(value), baseline = 13 + ROW * i;
-      const left = at > WIDTH - 160;
       this.svg.append('line').attr('class', 'mark').attr('x1', at).attr('x2', at).attr('y1', baseline - 10).attr('y2', HEIGHT - BOTTOM);
-      this.svg.append('text').attr('class', 'mark-label').attr('x', at + (left ? -5 : 5)).attr('y', baseline)
-          .attr('text-anchor', left ? 'end' : 'start').text(`${key} ${value.toFixed(digits)} ${unit}`);
+      this.svg.append('text').attr('class', 'mark-label').attr('x', at + 5).attr('y', baseline)
+          .text(`${key} ${value.toFixed(digits)} ${unit}`);
     });
   }
 
   legend() {
     if (this.records.every((record) => record.outcome === 'done')) return;
     ['done', 'failed'].forEach((kind, i) => {
-      const at = this.svg.append('g').attr('transform', `translate(${WIDTH - RIGHT - 90},${TOP + 6 + ROW * i})`);
+      const at = this.svg.append('g').attr('transform', `translate(${WIDTH - RIGHT + 20},${TOP + 20 + ROW * i})`);
       at.append('rect').attr('class', `legend bar ${kind}`).attr('width', 12).attr('height', 12);
       at.append('text').attr('x', 18).attr('y', 10.5).text(kind === 'done' ? 'solved' : 'not solved');
     });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Handover points of all runs, from above and from the side, over slices of one run's crossed maps.
-import {extent, mean} from 'd3-array';
-import {axisBottom, axisLeft} from 'd3-axis';
+import {extent} from 'd3-array';
+import {axisBottom, axisLeft, axisRight} from 'd3-axis';
 import {scaleLinear, scaleSequential} from 'd3-scale';
 import {interpolateViridis} from 'd3-scale-chromatic';
 import {select} from 'd3-selection';
@@ -44,12 +44,13 @@ export class Places {
     // All of both, whichever points and whichever run's cells are shown: so switching keeps the scale.
     const bounds = [0, 1, 2].map((axis) => this.boundsOf(axis));
     const pixels = this.scaleFor(bounds);
-    const middle = [0, 1, 2].map((axis) => points.length > 0 ? mean(points, ({p}) => p[axis]) : mean(cells, (cell) => cell[axis]));
+    // Through the chosen run's own point, else its best cell: the runs' mean may lie beside its maps.
+    const through = this.chosen?.handover?.receiver_tool ?? cells[0];
     const colour = this.colourOf();
     const slices = [];
     let left = LEFT, height = 0;
     for (const view of VIEWS) {
-      const slice = this.sliceNear(cells, view.deep, middle[view.deep]);
+      const slice = this.sliceAt(cells, view.deep, through?.[view.deep]);
       slices.push(slice);
       height = Math.max(height, this.drawView(view, {left, bounds, pixels, points, slice, colour}));
       left += pixels * (bounds[view.across][1] - bounds[view.across][0]) + GAP;
@@ -81,7 +82,7 @@ export class Places {
   }
 
   // The layer of cells whose middle is nearest to `value` on an axis.
-  sliceNear(cells, axis, value) {
+  sliceAt(cells, axis, value) {
     if (cells.length === 0) return {cells: []};
     const at = cells.map((cell) => cell[axis]).reduce((a, b) => Math.abs(b - value) < Math.abs(a - value) ? b : a);
     return {at, cells: cells.filter((cell) => Math.abs(cell[axis] - at) < this.edge / 2)};
@@ -126,22 +127,20 @@ export class Places {
       this.svg.append('rect').attr('x', left).attr('width', 14).attr('y', TOP + height * (steps - 1 - i) / steps)
           .attr('height', height / steps + 0.5).attr('fill', colour(value));
     }
-    const axis = axisLeft(y).ticks(5);
-    this.svg.append('g').attr('transform', `translate(${left + 14},0) scale(-1,1)`).call(axis)
-        .selectAll('text').attr('transform', 'scale(-1,1)').attr('text-anchor', 'start');
+    this.svg.append('g').attr('transform', `translate(${left + 14},0)`).call(axisRight(y).ticks(5));
     this.svg.append('text').attr('x', left).attr('y', TOP - 10).text('score');
   }
 
   explain(what, points, slices) {
     const spot = what === 'object' ? 'the object’s origin' : 'the receiver’s tool';
-    let text = `Circles: where ${spot} is when the object changes hands, one for each of ${points.length} solved runs.`;
+    let text = `Circles: where ${spot} is when the object changes hands, one for each of ${points.length} solved runs; some may cover others.`;
     if (this.chosen) {
       const [above, side] = slices.map(({at}) => at.toFixed(3));
-      const edge = (this.edge * 100).toFixed(0);
-      text += ` Squares: cells (${edge} cm) near the shoulders’ midpoint where the receiver’s tool may be as both arms reach them, coloured` +
-          ` by the mean of both maps’ manipulability, in the layers nearest to the circles’ mean, z = ${above} m and y = ${side} m.` +
-          ` They are those of run ${this.chosen.index}${points.some(({run}) => run === this.chosen) ? ', whose circle is red' : ''}:` +
-          ' how the maps cross depends on where the run draws the receiver.';
+      const edge = (this.edge * 100).toFixed(0), solved = this.chosen.handover;
+      text += ` Squares: cells (${edge} cm) near the shoulders’ midpoint that both arms reach, as places of the receiver’s tool, coloured` +
+          ` by the mean of both maps’ manipulability. They are those of run ${this.chosen.index}: how the maps cross depends on where the` +
+          ` run draws the receiver. Of them, the layers z = ${above} m and y = ${side} m` +
+          (solved ? `, where the run’s handover has the receiver’s tool; its circle is red.` : ', where its best cell is.');
     }
     find('places-text').textContent = text;
   }

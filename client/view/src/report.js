@@ -26,8 +26,8 @@ function means({experiment, paper}) {
   const {summary} = experiment;
   const rows = [
     ['planning time [s]', paper?.planning_time_s, summary.planning_time_s?.mean, seconds],
-    ['giver’s grasps |𝒢g|', paper?.grasps_giver, summary.grasps_giver_mean, number],
-    ['receiver’s grasps |𝒢r|', paper?.grasps_receiver, summary.grasps_receiver_mean, number],
+    ['giver’s grasps |G_g|', paper?.grasps_giver, summary.grasps_giver_mean, number],
+    ['receiver’s grasps |G_r|', paper?.grasps_receiver, summary.grasps_receiver_mean, number],
     ['handover poses', paper?.handover_poses, summary.handover_poses_mean, number],
   ];
   table(find('means'), paper ? ['means', 'paper', 'ours'] : ['means', 'ours'], rows.map(

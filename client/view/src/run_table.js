@@ -62,7 +62,8 @@ export class RunTable {
     const head = this.table.createTHead().insertRow();
     for (const column of this.columns) {
       const cell = element('th', '', column.numeric ? 'number' : '');
-      const button = element('button', column.name);
+      const button = element('button');
+      for (const part of column.name.split(/(?<=\.)/)) button.append(part, element('wbr'));
       button.addEventListener('click', () => this.sortBy(column));
       cell.append(button);
       head.append(cell);

@@ -54,6 +54,29 @@ TEST(Funnel, CountsTheArmsSelectedWhenThereIsNoSolution) {
   EXPECT_EQ(counts.tuples, 9u);
 }
 
+TEST(Funnel, KeepsTheCrossedMapsOfTheArmsAndTheFinalSolution) {
+  Funnel funnel;
+  EXPECT_EQ(funnel.chosen(), nullptr);
+  const auto add = [&funnel](StagePayload payload) {
+    funnel.add(PlanStage{RequestId{}, 0, 0, std::move(payload)});
+  };
+  const std::vector<LatticeCell> cells = {{{0.5, 0, 1}, 0.4}, {{0.55, 0, 1}, 0.3}};
+  add(HandoverCandidates{"left", "left", 9, 9, 9, 9, {}, {{{2, 2, 2}, 1}}});
+  add(HandoverCandidates{"right", "left", 2, 7, 0, 0, {}, cells});
+  add(HandoverCandidates{"right", "left", 2, 70, 5, 9, {}, {}});  // widened: the same cells
+  Solution first{.index = 0, .giver_arm = "right", .receiver_arm = "left"};
+  first.X_WO_handover.xyz = {1, 2, 3};
+  Solution second = first;
+  second.index = 1;
+  add(first);
+  add(second);
+  EXPECT_EQ(funnel.lattice(), cells);
+  EXPECT_EQ(funnel.chosen(), nullptr);
+  add(Outcome{Done{0, true}});
+  ASSERT_NE(funnel.chosen(), nullptr);
+  EXPECT_EQ(*funnel.chosen(), first);
+}
+
 ExperimentRecord sampleExperiment() {
   ExperimentRecord experiment;
   experiment.cell = "butler";
@@ -94,6 +117,8 @@ TEST(ExperimentFile, HoldsWhatItsFormatSays) {
       EXPECT_TRUE(record.contains(key)) << key;
     }
   }
+  EXPECT_FALSE(file["records"][0].contains("lattice"));  // of the page alone
+  EXPECT_FALSE(file["records"][0].contains("handover"));
   EXPECT_EQ(file["records"][0]["reason"], nullptr);
   EXPECT_EQ(file["records"][1]["first_plan_s"], nullptr);
   const Json& summary = file["summary"];

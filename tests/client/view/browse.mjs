@@ -1,26 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Opens a plan's page in headless Chromium and prints what it sees as one JSON object.
 // usage: node browse.mjs PAGE.html ROBOT LINK [TIME:CAMERA:PICTURE.png ...]
-import {chromium} from 'playwright-core';
+import {withPage} from './browser.mjs';
 
 const [page_file, robot, link, ...pictures] = process.argv.slice(2);
-const browser = await chromium.launch({
-  executablePath: process.env.CHROMIUM || '/usr/bin/chromium',
-  args: ['--headless=new', '--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
-         '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update',
-         '--disable-sync'],
-});
-try {
-  const page = await browser.newPage({viewport: {width: 1280, height: 800}});
-  const messages = [], requests = [];
-  page.on('console', (message) => {
-    // The software renderer's own remarks on how fast it is are none of the page's.
-    const own = !/GPU stall due to ReadPixels/.test(message.text());
-    if (own && ['error', 'warning'].includes(message.type())) messages.push(message.text());
-  });
-  page.on('pageerror', (error) => messages.push(String(error)));
-  page.on('request', (request) => { if (!/^(file|data|blob):/.test(request.url())) requests.push(request.url()); });
-  await page.goto(`file://${page_file}`);
+await withPage(page_file, async (page, messages, requests) => {
   const shown = await page.evaluate(() => window.handoverViewer !== undefined);
   const seen = {shown, messages, requests};
   if (shown) {
@@ -66,6 +50,4 @@ try {
     }
   }
   console.log(JSON.stringify(seen));
-} finally {
-  await browser.close();
-}
+});

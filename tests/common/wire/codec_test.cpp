@@ -244,8 +244,8 @@ TEST(StageCodec, RefusesALatticeBeyondItsBounds) {
   auto& lattice = message.payload().handover_candidates_value().lattice();
   lattice[7].centre().y(kInf);
   lattice[8].score(kNan);
-  EXPECT_THAT(faultsOf(message), names("handover_candidates.lattice[7].centre"));
-  EXPECT_THAT(faultsOf(message), names("handover_candidates.lattice[8].score"));
+  EXPECT_THAT(faultsOf(message), names("handover_candidates.lattice[7]"));
+  EXPECT_THAT(faultsOf(message), names("handover_candidates.lattice[8]"));
   lattice.assign(4097, {});
   EXPECT_THAT(faultsOf(message), names("handover_candidates.lattice"));
 }
