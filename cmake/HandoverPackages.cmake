@@ -46,7 +46,7 @@ if(HANDOVER_BUILD_DAEMON)
   if(NOT FASTDDSGEN)
     message(FATAL_ERROR "fastddsgen not found: install the Debian package fastddsgen")
   endif()
-  find_program(NODE node REQUIRED)  # the viewer's page is bundled by them
+  find_program(NODE node REQUIRED)  # the pages are bundled by them
   find_program(NPM npm REQUIRED)
 endif()
 if(HANDOVER_BUILD_TESTS)

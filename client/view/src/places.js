@@ -8,10 +8,10 @@ import {select} from 'd3-selection';
 
 import {find} from './dom.js';
 
-const WIDTH = 1100, GAP = 74, LEFT = 58, RIGHT = 92, TOP = 30, BOTTOM = 46, MOST_HEIGHT = 620;
-const VIEWS = [
-  {name: 'from above', across: 0, up: 1, deep: 2},
-  {name: 'from the side (along +y)', across: 0, up: 2, deep: 1},
+const WIDTH = 1100, GAP = 80, LEFT = 64, RIGHT = 92, TOP = 30, BOTTOM = 46, MOST_HEIGHT = 620;
+const ABOVE = {name: 'from above', across: 0, up: 1, deep: 2};
+const SIDES = [
+  {name: 'from the side (along +y)', across: 0, up: 2, deep: 1}, {name: 'from the side (along −x)', across: 1, up: 2, deep: 0},
 ];
 const AXES = 'xyz';
 
@@ -43,15 +43,18 @@ export class Places {
     const cells = this.chosen?.lattice ?? [];
     // All of both, whichever points and whichever run's cells are shown: so switching keeps the scale.
     const bounds = [0, 1, 2].map((axis) => this.boundsOf(axis));
-    const pixels = this.scaleFor(bounds);
+    // The side on which more is to be seen.
+    const [wideX, wideY] = bounds.map(([low, high]) => high - low);
+    const views = [ABOVE, SIDES[wideY > wideX ? 1 : 0]];
+    const pixels = this.scaleFor(bounds, views);
     // Through the chosen run's own point, else its best cell: the runs' mean may lie beside its maps.
     const through = this.chosen?.handover?.receiver_tool ?? cells[0];
     const colour = this.colourOf();
     const slices = [];
     let left = LEFT, height = 0;
-    for (const view of VIEWS) {
+    for (const view of views) {
       const slice = this.sliceAt(cells, view.deep, through?.[view.deep]);
-      slices.push(slice);
+      slices.push(`${AXES[view.deep]} = ${slice.at?.toFixed(3)} m`);
       height = Math.max(height, this.drawView(view, {left, bounds, pixels, points, slice, colour}));
       left += pixels * (bounds[view.across][1] - bounds[view.across][0]) + GAP;
     }
@@ -69,11 +72,11 @@ export class Places {
   }
 
   // Pixels per metre, the same for every axis.
-  scaleFor(bounds) {
+  scaleFor(bounds, views) {
     const size = (axis) => bounds[axis][1] - bounds[axis][0];
-    const across = VIEWS.reduce((sum, view) => sum + size(view.across), 0);
-    const up = Math.max(...VIEWS.map((view) => size(view.up)));
-    return Math.min((WIDTH - LEFT - RIGHT - GAP * (VIEWS.length - 1)) / across, MOST_HEIGHT / up);
+    const across = views.reduce((sum, view) => sum + size(view.across), 0);
+    const up = Math.max(...views.map((view) => size(view.up)));
+    return Math.min((WIDTH - LEFT - RIGHT - GAP * (views.length - 1)) / across, MOST_HEIGHT / up);
   }
 
   colourOf() {
@@ -113,7 +116,7 @@ export class Places {
     view.append('g').attr('transform', `translate(${left},0)`).call(axisLeft(y).ticks(Math.max(2, height / 60)));
     view.append('text').attr('x', left).attr('y', TOP - 10).text(name);
     view.append('text').attr('x', left + width / 2).attr('y', TOP + height + 38).attr('text-anchor', 'middle').text(`${AXES[across]} [m]`);
-    view.append('text').attr('transform', `translate(${left - 42},${TOP + height / 2}) rotate(-90)`)
+    view.append('text').attr('transform', `translate(${left - 48},${TOP + height / 2}) rotate(-90)`)
         .attr('text-anchor', 'middle').text(`${AXES[up]} [m]`);
     return TOP + height + BOTTOM;
   }
@@ -135,11 +138,10 @@ export class Places {
     const spot = what === 'object' ? 'the object’s origin' : 'the receiver’s tool';
     let text = `Circles: where ${spot} is when the object changes hands, one for each of ${points.length} solved runs; some may cover others.`;
     if (this.chosen) {
-      const [above, side] = slices.map(({at}) => at.toFixed(3));
       const edge = (this.edge * 100).toFixed(0), solved = this.chosen.handover;
       text += ` Squares: cells (${edge} cm) near the shoulders’ midpoint that both arms reach, as places of the receiver’s tool, coloured` +
           ` by the mean of both maps’ manipulability. They are those of run ${this.chosen.index}: how the maps cross depends on where the` +
-          ` run draws the receiver. Of them, the layers z = ${above} m and y = ${side} m` +
+          ` run draws the receiver. Of them, the layers ${slices.join(' and ')}` +
           (solved ? `, where the run’s handover has the receiver’s tool; its circle is red.` : ', where its best cell is.');
     }
     find('places-text').textContent = text;
