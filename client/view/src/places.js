@@ -140,8 +140,8 @@ export class Places {
     if (this.chosen) {
       const edge = (this.edge * 100).toFixed(0), solved = this.chosen.handover;
       text += ` Squares: cells (${edge} cm) near the shoulders’ midpoint that both arms reach, as places of the receiver’s tool, coloured` +
-          ` by the mean of both maps’ manipulability. They are those of run ${this.chosen.index}: how the maps cross depends on where the` +
-          ` run draws the receiver. Of them, the layers ${slices.join(' and ')}` +
+          ` by the mean of both maps’ manipulability. They are those of run ${this.chosen.index}: how the maps cross depends on where a` +
+          ` run’s robots stand. Of them, the layers ${slices.join(' and ')}` +
           (solved ? `, where the run’s handover has the receiver’s tool; its circle is red.` : ', where its best cell is.');
     }
     find('places-text').textContent = text;
