@@ -14,19 +14,20 @@ namespace {
 // Straight way back from a grasp, and up with the object [m]: the longest that works.
 constexpr std::array<double, 3> kBackOff{0.10, 0.07, 0.04};
 constexpr std::array<double, 3> kLift{0.08, 0.05, 0.03};  // lift, last descent [m]
-constexpr std::uint64_t kRouteAttempts = 2;               // trees grown for one route
-constexpr double kViaDetour = 2.2;   // of a simple way: a tree's is hardly shorter, and dear
-constexpr double kFairDetour = 1.4;  // way over straight way that needs no other tree
-constexpr double kRounding = 0.05;   // corners of routes can be cut by so much when timed [rad]
+constexpr double kViaDetour = 2.2;  // of a simple way: a tree's is hardly shorter, and dear
+constexpr double kRounding = 0.05;  // corners of routes can be cut by so much when timed [rad]
 // Farther back than a straight approach, to the sides from there, and up: where a hand gets round
 // an object [m].
 constexpr std::array<double, 3> kFartherBack{0.05, 0.12, 0.25};
 constexpr double kAside = 0.12;
 constexpr std::array<double, 2> kHigher{0.12, 0.25};
+constexpr Eigen::Index kBowedJoints = 4;                     // those that carry the hand
+constexpr std::array<double, 4> kBow{0.7, -0.7, 1.4, -1.4};  // [rad]
 constexpr double kFarthestVia = 1.5;  // of one joint, from the end that it is back or up from [rad]
 constexpr double kCornerTime = 0.5;   // what a corner costs, about [s]
 constexpr double kMostCorners = 4;
-constexpr std::uint32_t kDirectGoals = 4;  // goals tried without a tree
+constexpr std::uint32_t kDirectGoals = 4;                   // goals tried without a tree
+constexpr std::uint32_t kFewChecks = 15, kViaChecks = 150;  // segments looked at for a simple way
 
 std::uint64_t mix(std::uint64_t x) {  // splitmix64's finaliser
   x += 0x9e3779b97f4a7c15ull;
@@ -50,17 +51,6 @@ JointPath joined(JointPath first, const JointPath& second) {
 Pose raised(Pose X, double height) {
   X.translation().z() += height;
   return X;
-}
-
-/// A path's way in joint space over the straight one from end to end, both as travel times; 1 if
-/// none.
-double detourOf(const Role& role, const JointPath& path) {
-  double way = 0;
-  for (std::size_t i = 1; i < path.waypoints.size(); ++i) {
-    way += travelTime(role, path.waypoints[i - 1], path.waypoints[i]);
-  }
-  const double straight = travelTime(role, path.waypoints.front(), path.waypoints.back());
-  return straight > 0 ? way / straight : 1.0;
 }
 
 const Grasp& graspOf(const Role& role, const FeasibleGrasp& feasible) {
@@ -142,6 +132,16 @@ std::vector<ArmVector> ExchangePlanner::viasBetween(const Role& role, const ArmV
     }
     for (const double height : kHigher) add(raised(X_WT, height));
   }
+  // Round what stands before the arm where it is: a joint turned far first.
+  for (Eigen::Index k = 0; k < std::min(kBowedJoints, from.size()); ++k) {
+    for (const double by : kBow) {
+      ArmVector q = from;
+      q[k] += by;
+      if (q[k] >= role.kinematics->lower()[k] && q[k] <= role.kinematics->upper()[k]) {
+        vias.push_back(q);
+      }
+    }
+  }
   // Some joints first, then the others.
   for (Eigen::Index k = 1; k < from.size(); ++k) {
     ArmVector near_first = from, far_first = to;
@@ -155,11 +155,13 @@ std::vector<ArmVector> ExchangePlanner::viasBetween(const Role& role, const ArmV
 
 std::optional<JointPath> ExchangePlanner::throughVia(const Role& role, const MotionProblem& motion,
                                                      const ArmVector& from, const ArmVector& to,
-                                                     const std::vector<ArmVector>& known) const {
+                                                     const std::vector<ArmVector>& known,
+                                                     std::uint32_t checks) const {
   const auto cost = [&](const ArmVector& a, const ArmVector& b) {
     return travelTime(role, a, b) + kCornerTime;
   };
   ViaSettings settings;
+  settings.most_checks = checks;
   settings.most = kViaDetour * travelTime(role, from, to) + kMostCorners * kCornerTime;
   std::vector<ArmVector> vias = viasBetween(role, from, to);
   vias.insert(vias.end(), known.begin(), known.end());
@@ -207,48 +209,32 @@ std::optional<JointPath> ExchangePlanner::lifted(const Role& role, const ArmVect
 
 std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVector& from,
                                                  const GoalSampler& goals, StateChecker& checker,
-                                                 StageKind kind, int grasp, std::uint32_t* goal,
+                                                 StageKind kind, int grasp, Ends ends,
+                                                 std::uint32_t* goal,
                                                  const std::vector<ArmVector>& known) {
   const MotionProblem motion = motionProblem(role, checker);
-  // Most ways are simple. First without a tree.
+  // Most ways are simple. First without a tree; of several goals, those that are simply come to.
   ArmVector to;
   if (!checker.valid(from)) return std::nullopt;
-  for (std::uint32_t i = 0; i < kDirectGoals && goals(i, to); ++i) {
-    if (!checker.valid(to)) continue;
-    if (auto path = throughVia(role, motion, from, to, known)) {
-      if (goal != nullptr) *goal = i;
-      return path;
+  for (const std::uint32_t checks : {kFewChecks, kViaChecks}) {
+    if (ends == Ends::kOne && checks == kFewChecks) continue;
+    for (std::uint32_t i = 0; i < kDirectGoals && goals(i, to); ++i) {
+      if (!checker.valid(to)) continue;
+      if (auto path = throughVia(role, motion, from, to, known, checks)) {
+        if (goal != nullptr) *goal = i;
+        return path;
+      }
     }
   }
   IkBiRrtSettings settings;
   settings.direct_goals = 0;
   settings.max_iterations = budget_.rrt_iterations;
+  settings.seed = mix(seedFor(kind, grasp));
   std::uint32_t found_goal = 0;
-  const auto attempt = [&](std::uint64_t seed) -> std::optional<JointPath> {
-    settings.seed = seed;
-    const auto path = planIkBiRrt(motion, from, goals, settings, deadline_, &found_goal);
-    if (!path) return std::nullopt;
-    return shortcut(motion, *path, seed, budget_.shortcut_attempts, deadline_);
-  };
-  // A random tree may lead far around; where it does, others are grown and the shortest way is
-  // kept.
-  std::optional<JointPath> best;
-  double best_detour = 0;
-  for (std::uint64_t i = 0; i < kRouteAttempts; ++i) {
-    auto path = attempt(mix(seedFor(kind, grasp) + i));
-    if (!path) {
-      if (!best) return std::nullopt;
-      continue;
-    }
-    const double detour = detourOf(role, *path);
-    if (!best || detour < best_detour) {
-      best = std::move(path);
-      best_detour = detour;
-      if (goal != nullptr) *goal = found_goal;
-    }
-    if (best_detour < kFairDetour) break;
-  }
-  return best;
+  const auto path = planIkBiRrt(motion, from, goals, settings, deadline_, &found_goal);
+  if (!path) return std::nullopt;
+  if (goal != nullptr) *goal = found_goal;
+  return shortcut(motion, *path, settings.seed, budget_.shortcut_attempts, deadline_);
 }
 
 std::optional<JointPath> ExchangePlanner::route(const Role& role, const ArmVector& from,
@@ -259,7 +245,7 @@ std::optional<JointPath> ExchangePlanner::route(const Role& role, const ArmVecto
     q = to;
     return i == 0;
   };
-  return search(role, from, only_goal, checker, kind, grasp, nullptr, known);
+  return search(role, from, only_goal, checker, kind, grasp, Ends::kOne, nullptr, known);
 }
 
 CellState ExchangePlanner::holding(CellState state, const Role& role, const Grasp& grasp,
@@ -467,8 +453,8 @@ const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(
   open_checker.activate();
   std::uint32_t goal = 0;
   const ArmVector home = giver_.armOf(start_.q[static_cast<std::size_t>(giver_.robot)]);
-  const auto reach =
-      search(giver_, home, draw, open_checker, StageKind::kGiverReach, pick.grasp, &goal);
+  const auto reach = search(giver_, home, draw, open_checker, StageKind::kGiverReach, pick.grasp,
+                            Ends::kSeveral, &goal);
   if (!reach || goal >= candidates.size()) return found;
   Candidate& chosen = candidates[goal];
   found = PickMotion{chosen.q_pick, *reach, std::move(chosen.approach), std::move(chosen.lift)};
@@ -534,10 +520,9 @@ std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHands(const HandoverT
       const ArmVector& q_r = tuple.receive.configurations[j];
       arriving.activate();
       if (!arriving.valid(q_r)) continue;
-      const auto back = backOff(receiver_, q_r, X_WTr, arriving);
-      if (!back) continue;
 
-      // The receiver has closed its hand; the giver's opens and leaves.
+      // The receiver has closed its hand; the giver's opens and leaves. Where this fails it costs
+      // less to find out than how the receiver comes.
       CellState taken = given;
       taken.q[receiver] =
           receiver_.withFingers(receiver_.withArm(taken.q[receiver], q_r), grasp_r.closed);
@@ -550,6 +535,9 @@ std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHands(const HandoverT
       if (!leaving.valid(q_g)) continue;
       const auto away = backOff(giver_, q_g, X_WTg, leaving);
       if (!away) continue;
+      arriving.activate();
+      const auto back = backOff(receiver_, q_r, X_WTr, arriving);
+      if (!back) continue;
       return Hands{q_g, q_r, reversed(*back), *away};
     }
   }
@@ -565,10 +553,11 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
   const ArmVector q_g_start = giver_.armOf(start_.q[giver]);
   const ArmVector q_r_start = receiver_.armOf(start_.q[receiver]);
 
-  const auto& place = placeMotion(tuple.place);
-  if (!place) return Failure{toString(StageKind::kReceiverPlace)};
+  // What fails most and costs least to find out comes first.
   const auto hands = joinHands(tuple);
   if (!hands) return Failure{kHands};
+  const auto& place = placeMotion(tuple.place);
+  if (!place) return Failure{toString(StageKind::kReceiverPlace)};
   const auto& pick = pickMotion(tuple.pick);
   if (!pick) return Failure{toString(StageKind::kGiverReach)};
 

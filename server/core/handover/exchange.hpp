@@ -48,7 +48,7 @@ struct HandoverTuple {
 /// How hard the search tries; counts, never seconds.
 struct ExchangeBudget {
   std::uint32_t rrt_iterations = 600;
-  std::uint32_t shortcut_attempts = 30;
+  std::uint32_t shortcut_attempts = 16;
   std::size_t configurations = 4;  ///< of a grasp, tried as ends of motions
 };
 
@@ -73,9 +73,6 @@ class ExchangePlanner {
   /// in place.
   PrunedGrasps pruneGiverAt(const Pose& X_WH, const FeasibleGrasp& receive,
                             const PrunedGrasps& picks);
-
-  /// Whether the receiver can put the object down with this grasp and leave.
-  bool canPlace(const FeasibleGrasp& place) { return placeMotion(place).has_value(); }
 
   /// Leaves out the receiver's first configurations at the handover up to one that can be come to
   /// straight with the giver out of the way; false, nothing changed, if there is none.
@@ -137,10 +134,14 @@ class ExchangePlanner {
   /// The straight way, else the quickest one through some of those and of the `known`, if any.
   std::optional<JointPath> throughVia(const Role& role, const MotionProblem& motion,
                                       const ArmVector& from, const ArmVector& to,
-                                      const std::vector<ArmVector>& known) const;
-  /// The ways of throughVia(), else IKBiRRT and shortcuts.
+                                      const std::vector<ArmVector>& known,
+                                      std::uint32_t checks) const;
+  enum class Ends { kOne, kSeveral };
+
+  /// The ways of throughVia(), else IKBiRRT and shortcuts. `ends` says whether there are several
+  /// goals to choose from.
   std::optional<JointPath> search(const Role& role, const ArmVector& from, const GoalSampler& goals,
-                                  StateChecker& checker, StageKind kind, int grasp,
+                                  StateChecker& checker, StageKind kind, int grasp, Ends ends,
                                   std::uint32_t* goal = nullptr,
                                   const std::vector<ArmVector>& known = {});
   MotionProblem motionProblem(const Role& role, StateChecker& checker) const;

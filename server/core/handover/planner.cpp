@@ -266,11 +266,6 @@ bool HandoverSearch::tryTuples(Pairing& pairing, std::vector<HandoverTuple> tupl
                             std::pair(b.place.manipulability, b.give.manipulability);
                    });
   if (tuples.empty()) return false;
-  // The tuples of a pose share g_r: where it cannot be placed, none of them can.
-  if (!pairing.exchange->canPlace(tuples.front().place)) {
-    motion_rejects_.add(toString(StageKind::kReceiverPlace));
-    return false;
-  }
   std::size_t searched = 0;
   for (std::size_t i = 0; i < tuples.size() && searched < most && !spent(); ++i) {
     checkDeadline();
@@ -278,6 +273,8 @@ bool HandoverSearch::tryTuples(Pairing& pairing, std::vector<HandoverTuple> tupl
     checkDeadline();
     if (const auto* failure = std::get_if<ExchangePlanner::Failure>(&connected)) {
       motion_rejects_.add(failure->at);
+      // The tuples of a pose share g_r: where it cannot be placed, none of them can.
+      if (failure->at == toString(StageKind::kReceiverPlace)) return false;
       // Hands that do not go together are found out cheaply; only searches for motions are counted.
       if (failure->at == ExchangePlanner::kHands) {
         ++hands_;
