@@ -8,6 +8,8 @@ target_compile_options(handover_flags INTERFACE -ffp-contract=off)
 if(HANDOVER_SANITIZE)
   target_compile_options(handover_flags INTERFACE -fsanitize=${HANDOVER_SANITIZE}
                                                   -fno-omit-frame-pointer)
+  # What a sanitizer adds makes GCC see values that nobody has set.
+  target_compile_options(handover_flags INTERFACE -Wno-maybe-uninitialized)
   target_link_options(handover_flags INTERFACE -fsanitize=${HANDOVER_SANITIZE})
 endif()
 
