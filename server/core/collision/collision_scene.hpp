@@ -135,15 +135,26 @@ struct MovingBody {
 };
 
 /// How far bodies may still travel from where they stand.
-struct BodyTravel {
-  const MovingGroups& groups;
-  const std::vector<MovingBody>& moving;
-  const std::vector<int>& index;  ///< in `moving`, by body; -1: stands still
+class BodyTravel {
+ public:
+  /// Of groups that were just given bounds.
+  /// @param index  in `moving`, by body; -1: stands still
+  void reset(const MovingGroups& groups, const std::vector<MovingBody>& moving,
+             const std::vector<int>& index);
 
   /// In the world [m].
   double of(BodyId body) const;
   /// Towards each other [m].
-  double approach(BodyId a, BodyId b) const;
+  double approach(BodyId a, BodyId b);
+
+ private:
+  const double* seen(int moving);
+
+  const MovingGroups* groups_ = nullptr;
+  const std::vector<MovingBody>* moving_ = nullptr;
+  const std::vector<int>* index_ = nullptr;
+  std::vector<double> seen_;  ///< by moving body: MovingGroups::travels(), once asked for
+  std::vector<bool> known_;
 };
 
 /// One worker's collision world over a CollisionScene: body poses that can be set, Bullet's
@@ -183,7 +194,7 @@ class CollisionWorld {
   /// `undecided`. Pairs that can come no nearer than that are never undecided.
   /// @param rows  of `pairs`, or what an earlier call left undecided.
   bool staysFree(const PairList& pairs, const PairList::Row* rows, std::size_t count,
-                 const BodyTravel& travel, std::vector<PairList::Row>& undecided,
+                 BodyTravel& travel, std::vector<PairList::Row>& undecided,
                  BodyContact* hit = nullptr);
 
   /// [m] that shapes keep apart all along a motion, their margins taken off. Where a motion is

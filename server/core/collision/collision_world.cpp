@@ -175,19 +175,34 @@ PairList::PairList(std::vector<std::pair<BodyId, BodyId>> pairs) : pairs_(std::m
   }
 }
 
-double BodyTravel::of(BodyId body) const {
-  const int i = index[static_cast<std::size_t>(body)];
-  return i < 0 ? 0.0 : groups.travel(moving[static_cast<std::size_t>(i)].group);
+void BodyTravel::reset(const MovingGroups& groups, const std::vector<MovingBody>& moving,
+                       const std::vector<int>& index) {
+  groups_ = &groups;
+  moving_ = &moving;
+  index_ = &index;
+  seen_.resize(moving.size() * static_cast<std::size_t>(groups.levels()));
+  known_.assign(moving.size(), false);
 }
 
-double BodyTravel::approach(BodyId a, BodyId b) const {
-  static const MovingBody kStands;
-  const auto bodyOf = [&](BodyId body) -> const MovingBody& {
-    const int i = index[static_cast<std::size_t>(body)];
-    return i < 0 ? kStands : moving[static_cast<std::size_t>(i)];
-  };
-  const MovingBody &mine = bodyOf(a), &other = bodyOf(b);
-  return groups.approach(mine.group, mine.ball, other.group, other.ball);
+double BodyTravel::of(BodyId body) const {
+  const int i = (*index_)[static_cast<std::size_t>(body)];
+  return i < 0 ? 0.0 : groups_->travel((*moving_)[static_cast<std::size_t>(i)].group);
+}
+
+const double* BodyTravel::seen(int moving) {
+  const auto i = static_cast<std::size_t>(moving);
+  double* seen = seen_.data() + i * static_cast<std::size_t>(groups_->levels());
+  if (!known_[i]) groups_->travels((*moving_)[i].group, (*moving_)[i].ball, seen);
+  known_[i] = true;
+  return seen;
+}
+
+double BodyTravel::approach(BodyId a, BodyId b) {
+  const int i = (*index_)[static_cast<std::size_t>(a)], j = (*index_)[static_cast<std::size_t>(b)];
+  const int group_a = i < 0 ? -1 : (*moving_)[static_cast<std::size_t>(i)].group;
+  const int group_b = j < 0 ? -1 : (*moving_)[static_cast<std::size_t>(j)].group;
+  return groups_->approach(group_a, group_a < 0 ? nullptr : seen(i), group_b,
+                           group_b < 0 ? nullptr : seen(j));
 }
 
 struct CollisionWorld::Data {
@@ -400,7 +415,7 @@ std::optional<BodyPair> CollisionWorld::touchingPair(const PairList& pairs,
 }
 
 bool CollisionWorld::staysFree(const PairList& pairs, const PairList::Row* rows, std::size_t count,
-                               const BodyTravel& travel, std::vector<PairList::Row>& undecided,
+                               BodyTravel& travel, std::vector<PairList::Row>& undecided,
                                BodyContact* hit) {
   // The boxes hold both margins, which make up for the clearance: apart by the travel is enough.
   static_assert(kLeastClearance <= 2 * kCollisionMargin);

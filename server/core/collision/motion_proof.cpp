@@ -36,9 +36,8 @@ bool MotionProof::free(CollisionWorld& world, const PairList& pairs, MovingGroup
       if (wanted_[b]) world.setPose(body.body, groups.pose(body.group) * body.X_GB);
     }
     undecided_.clear();
-    if (!world.staysFree(pairs, rows, count, {groups, moving, moving_index}, undecided_, hit)) {
-      return false;
-    }
+    travel_.reset(groups, moving, moving_index);
+    if (!world.staysFree(pairs, rows, count, travel_, undecided_, hit)) return false;
     if (undecided_.empty()) continue;
     const std::size_t first = rows_.size();
     rows_.insert(rows_.end(), undecided_.begin(), undecided_.end());

@@ -29,6 +29,7 @@ class MotionProof {
   std::vector<Stretch> stretches_;
   std::vector<PairList::Row> rows_, undecided_;
   std::vector<bool> wanted_;  ///< by index in `moving`
+  BodyTravel travel_;
   Eigen::VectorXd q_middle_, stray_;
 };
 

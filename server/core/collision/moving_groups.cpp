@@ -21,6 +21,7 @@ MovingGroups::MovingGroups(const RobotModel& model, const std::vector<int>& dofs
     group.link = static_cast<int>(link);
     group.parent = above;
     group.depth = above < 0 ? 0 : at(above).depth + 1;
+    levels_ = std::max(levels_, group.depth + 2);
     group.state_index = static_cast<int>(dof - dofs.begin());
     group.prismatic = joint.type == JointType::kPrismatic;
     if (joint.mimic) {
@@ -41,6 +42,7 @@ void MovingGroups::append(const MovingGroups& other) {
     groups_.push_back(group);
   }
   dofs_ += other.dofs_;
+  levels_ = std::max(levels_, other.levels_);
 }
 
 void MovingGroups::setPosture(const RobotModel& model, const std::vector<Pose>& X_WL) {
@@ -85,16 +87,22 @@ void MovingGroups::boundTravel(const Eigen::VectorXd& stray) {
   for (Group& group : groups_) {
     group.stray = std::abs(group.multiplier) * stray[group.state_index];
   }
+  seen_.resize(static_cast<std::size_t>(levels()));
   for (int i = 0; i < size(); ++i) {
-    groups_[static_cast<std::size_t>(i)].travel = travelSeenFrom(-1, i, at(i).ball);
+    travels(i, at(i).ball, seen_.data());
+    groups_[static_cast<std::size_t>(i)].travel = seen_[0];
   }
 }
 
-double MovingGroups::travelSeenFrom(int from, int group, const Ball& ball) const {
-  if (ball.radius < 0 || group == from) return 0;
+void MovingGroups::travels(int group, const Ball& ball, double* seen) const {
+  if (ball.radius < 0) {
+    std::fill_n(seen, at(group).depth + 2, 0.0);
+    return;
+  }
   const Eigen::Vector3d middle = at(group).X_WG * ball.middle;
   double travel = 0;
-  for (int i = group; i != from; i = at(i).parent) {
+  seen[at(group).depth + 1] = 0;
+  for (int i = group; i >= 0; i = at(i).parent) {
     const Group& joint = at(i);
     if (joint.prismatic) {
       travel += joint.stray;
@@ -102,11 +110,11 @@ double MovingGroups::travelSeenFrom(int from, int group, const Ball& ball) const
       const double lever = joint.axis_W.cross(middle - joint.X_WG.translation()).norm();
       travel += (lever + ball.radius + travel) * joint.stray;
     }
+    seen[joint.depth] = travel;
   }
-  return travel;
 }
 
-double MovingGroups::approach(int a, const Ball& ball_a, int b, const Ball& ball_b) const {
+double MovingGroups::approach(int a, const double* seen_a, int b, const double* seen_b) const {
   // What is above the group that both hang on moves them as one.
   int i = a, j = b;
   while (i != j) {
@@ -114,9 +122,10 @@ double MovingGroups::approach(int a, const Ball& ball_a, int b, const Ball& ball
     if (depth_i >= depth_j) i = at(i).parent;
     if (depth_j >= depth_i) j = at(j).parent;
   }
+  const int level = i < 0 ? 0 : at(i).depth + 1;
   double approach = 0;
-  if (a >= 0) approach += travelSeenFrom(i, a, ball_a);
-  if (b >= 0) approach += travelSeenFrom(i, b, ball_b);
+  if (a >= 0) approach += seen_a[level];
+  if (b >= 0) approach += seen_b[level];
   return approach;
 }
 

@@ -56,9 +56,18 @@ class MovingGroups {
   /// No point of the group's ball then gets farther than this in the world [m].
   double travel(int group) const { return group < 0 ? 0.0 : at(group).travel; }
 
-  /// No two points, one of a ball that moves with group a and one of a ball that moves with b, then
-  /// get nearer to each other by more [m]. A ball of -1 is not looked at.
-  double approach(int a, const Ball& ball_a, int b, const Ball& ball_b) const;
+  /// What travels() fills at most.
+  int levels() const { return levels_; }
+
+  /// How far points of a ball that moves with a group then get [m], at most: seen[0] in the world,
+  /// seen[k] as seen from the k-th group on the way down to this one. A ball of -1 does not travel.
+  /// The joints are taken from the outermost inwards, each turning what the outer ones may have
+  /// moved: travel := travel + (distance of the ball from the axis, at most + travel) * angle.
+  void travels(int group, const Ball& ball, double* seen) const;
+
+  /// No two points of two such balls then get nearer to each other by more [m]. A group of -1
+  /// stands still.
+  double approach(int a, const double* seen_a, int b, const double* seen_b) const;
 
  private:
   struct Group {
@@ -78,14 +87,11 @@ class MovingGroups {
 
   const Group& at(int group) const { return groups_[static_cast<std::size_t>(group)]; }
 
-  /// Of a ball that moves with `group`, as seen from the group `from` above it (-1: the world). The
-  /// joints are taken from the outermost inwards, each turning what the outer ones may have moved:
-  ///   travel := travel + (distance of the ball from the axis, at most + travel) * angle.
-  double travelSeenFrom(int from, int group, const Ball& ball) const;
-
   int dofs_ = 0;
   std::vector<int> group_of_;  ///< by link
   std::vector<Group> groups_;
+  int levels_ = 2;
+  std::vector<double> seen_;  ///< scratch of boundTravel()
 };
 
 }  // namespace handover

@@ -51,6 +51,8 @@ TEST_F(MovingGroupsTest, NothingTravelsFartherThanTheBound) {
   const int inner = groups_.groupOf(model_->findLink("left_upper"));
   const Ball ball{{0.1, -0.05, 0.02}, 0.04}, other{{0.2, 0, 0}, 0.03};
   groups_.setBall(outer, ball);
+  std::vector<double> seen_outer(static_cast<std::size_t>(groups_.levels())),
+      seen_inner = seen_outer;
   double tightest = 0;
   for (int round = 0; round < 300; ++round) {
     Eigen::VectorXd q(3), stray(3);
@@ -61,7 +63,9 @@ TEST_F(MovingGroupsTest, NothingTravelsFartherThanTheBound) {
     groups_.place(q);
     groups_.boundTravel(stray);
     const double travel = groups_.travel(outer);
-    const double approach = groups_.approach(outer, ball, inner, other);
+    groups_.travels(outer, ball, seen_outer.data());
+    groups_.travels(inner, other, seen_inner.data());
+    const double approach = groups_.approach(outer, seen_outer.data(), inner, seen_inner.data());
     const Eigen::Vector3d direction = Eigen::Vector3d(in(-1, 1), in(-1, 1), in(-1, 1)).normalized();
     const Eigen::Vector3d p_G = ball.middle + ball.radius * direction;
     const Eigen::Vector3d p_G_other = other.middle - other.radius * direction;
