@@ -379,7 +379,8 @@ std::variant<HandoverProblem, Outcome> CellService::problemOf(const Loaded& load
   return problem;
 }
 
-Outcome CellService::plan(const PlanRequest& request, StageSink& sink, const Deadline& deadline) {
+std::variant<HandoverProblem, Outcome> CellService::problemOf(const PlanRequest& request,
+                                                              const Deadline& deadline) {
   const Loaded* loaded = find(request.cell);
   if (loaded == nullptr)
     return Rejected{"unknown_cell", {{"cell", "no cell '" + request.cell + "'"}}};
@@ -388,13 +389,17 @@ Outcome CellService::plan(const PlanRequest& request, StageSink& sink, const Dea
         "scene_changed",
         {{"expected_revision", "the scene's revision is " + std::to_string(loaded->revision)}}};
   }
-  auto problem = problemOf(*loaded, request, deadline);
+  return problemOf(*loaded, request, deadline);
+}
+
+Outcome CellService::plan(const PlanRequest& request, StageSink& sink, const Deadline& deadline) {
+  auto problem = problemOf(request, deadline);
   if (auto* refused = std::get_if<Outcome>(&problem)) return std::move(*refused);
   Outcome outcome = planHandover(std::get<HandoverProblem>(problem), sink, deadline);
   if (auto* failed = std::get_if<Failed>(&outcome)) {
     // Mode first is for those who want an answer soon.
     if (request.mode != SearchMode::kFirst) {
-      addNearestFix(*loaded, request, std::get<HandoverProblem>(problem), deadline, *failed);
+      addNearestFix(*find(request.cell), request, std::get<HandoverProblem>(problem), deadline, *failed);
     }
     if (deadline.state() == Deadline::State::kCancelled) return Cancelled{};
   }

@@ -76,6 +76,10 @@ class CellService : public PlanService {
   void prepare(const Deadline& deadline) override;
   Outcome plan(const PlanRequest& request, StageSink& sink, const Deadline& deadline) override;
 
+  /// What plan() solves; or the outcome of a request that cannot be planned at all.
+  std::variant<HandoverProblem, Outcome> problemOf(const PlanRequest& request,
+                                                   const Deadline& deadline);
+
  private:
   struct Loaded {
     Cell cell;

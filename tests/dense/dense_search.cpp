@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dense_search.hpp"
+
+#include "core/handover/exchange.hpp"
+#include "core/handover/stage_timing.hpp"
+#include "random_order.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+namespace handover::dense {
+namespace {
+
+constexpr double kEdge = 0.025;  // of the lattice [m]
+constexpr int kTurns = 24;       // about z_shoulder
+constexpr double kTilts[] = {25 * M_PI / 180, 50 * M_PI / 180};
+constexpr int kAzimuths = 6;  // in which the approach axis is tilted
+constexpr int kRolls = 6;     // about each of the twelve directions of the even rotations
+// Tuples whose hands go together, but whose motions were not found, that are tried again with
+constexpr std::uint32_t kMoreIterations = 100;  // times the planner's
+constexpr std::size_t kTriedAgain = 600;
+
+/// One giver arm with one receiver arm, and its part of the grid: points x rotations x places.
+struct Pairing {
+  Role giver, receiver;
+  std::unique_ptr<ExchangePlanner> exchange, thorough;
+  PrunedGrasps picks, places;
+  std::vector<Eigen::Vector3d> points;       ///< of the receiver's tool, in the world
+  std::vector<Eigen::Matrix3d> from_paper;   ///< turns and tilts, applied to the paper's rotation
+  std::vector<Eigen::Matrix3d> even;         ///< rotations of the receiver's tool in the world
+  std::vector<Eigen::Matrix3d> R_WTr_paper;  ///< by place
+  Eigen::Vector3d z_shoulder;
+
+  std::uint64_t rotations() const { return from_paper.size() + even.size(); }
+
+  std::uint64_t size() const { return points.size() * rotations() * places.kept.size(); }
+};
+
+/// How far apart [m] the tools of two hands at the object are, at most.
+double handsApart(const Pairing& pairing) {
+  double most = 0;
+  for (const FeasibleGrasp& pick : pairing.picks.kept) {
+    const Grasp& given = pairing.giver.grasps->grasps[static_cast<std::size_t>(pick.grasp)];
+    for (const FeasibleGrasp& place : pairing.places.kept) {
+      const Grasp& taken = pairing.receiver.grasps->grasps[static_cast<std::size_t>(place.grasp)];
+      most = std::max(most, (given.X_OT.translation() - taken.X_OT.translation()).norm());
+    }
+  }
+  return most;
+}
+
+/// How far from its shoulder an arm can put its tool, at most: maps are sampled, so a voxel more.
+double reachOf(const PlacedMap& map) {
+  return map.map->reach(map.X_WA.inverse() * map.p_WShoulder) + map.map->voxelSize();
+}
+
+/// Where the receiver's tool can be while the giver's is at the same object.
+std::vector<Eigen::Vector3d> overlapOfReach(const Pairing& pairing) {
+  const Eigen::Vector3d& centre = pairing.receiver.map.p_WShoulder;
+  const double reach_r = reachOf(pairing.receiver.map);
+  const double reach_g = reachOf(pairing.giver.map) + handsApart(pairing);
+  std::vector<Eigen::Vector3d> points;
+  const int steps = static_cast<int>(std::ceil(reach_r / kEdge));
+  for (int i = -steps; i <= steps; ++i) {
+    for (int j = -steps; j <= steps; ++j) {
+      for (int k = -steps; k <= steps; ++k) {
+        const Eigen::Vector3d p_W = centre + kEdge * Eigen::Vector3d(i, j, k);
+        if ((p_W - centre).norm() <= reach_r &&
+            (p_W - pairing.giver.map.p_WShoulder).norm() <= reach_g) {
+          points.push_back(p_W);
+        }
+      }
+    }
+  }
+  return points;
+}
+
+/// The twelve corners of an icosahedron.
+std::vector<Eigen::Vector3d> evenDirections() {
+  std::vector<Eigen::Vector3d> directions;
+  const double golden = 0.5 * (1 + std::sqrt(5.0));
+  for (const double a : {1.0, -1.0}) {
+    for (const double b : {golden, -golden}) {
+      for (const auto& corner :
+           {Eigen::Vector3d(0, a, b), Eigen::Vector3d(a, b, 0), Eigen::Vector3d(b, 0, a)}) {
+        directions.push_back(corner.normalized());
+      }
+    }
+  }
+  return directions;
+}
+
+Eigen::Matrix3d rotation(double angle, const Eigen::Vector3d& axis) {
+  return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+}
+
+void setGrid(const HandoverProblem& problem, Pairing& pairing) {
+  const Role& receiver = pairing.receiver;
+  const Eigen::Vector3d& approach_T = receiver.arm_model->approach_axis;
+  const Eigen::Vector3d z = (pairing.giver.map.p_WShoulder - receiver.map.p_WShoulder).normalized();
+  pairing.z_shoulder = z;
+  pairing.points = overlapOfReach(pairing);
+  const Eigen::Vector3d across = z.unitOrthogonal();
+  for (int turn = 0; turn < kTurns; ++turn) {
+    const Eigen::Matrix3d R_turn = rotation(2 * M_PI * turn / kTurns, z);
+    pairing.from_paper.push_back(R_turn);
+    for (const double tilt : kTilts) {
+      for (int azimuth = 0; azimuth < kAzimuths; ++azimuth) {
+        const Eigen::Vector3d axis = rotation(2 * M_PI * azimuth / kAzimuths, z) * across;
+        pairing.from_paper.push_back(rotation(tilt, axis) * R_turn);
+      }
+    }
+  }
+  for (const Eigen::Vector3d& direction : evenDirections()) {
+    const auto R_WT = Eigen::Quaterniond::FromTwoVectors(approach_T, direction);
+    for (int roll = 0; roll < kRolls; ++roll) {
+      pairing.even.push_back(rotation(2 * M_PI * roll / kRolls, direction) * R_WT);
+    }
+  }
+  for (const FeasibleGrasp& place : pairing.places.kept) {
+    const Grasp& grasp = receiver.grasps->grasps[static_cast<std::size_t>(place.grasp)];
+    const Pose X_WT_goal = problem.task.X_WO_goal * grasp.X_OT;
+    pairing.R_WTr_paper.push_back(handoverRotation(
+        X_WT_goal.linear(), approach_T, pairing.giver.map.p_WShoulder, receiver.map.p_WShoulder));
+  }
+}
+
+class DenseSearch {
+ public:
+  explicit DenseSearch(const HandoverProblem& problem)
+      : problem_(problem), world_(problem.collision), spare_world_(problem.collision) {
+    const int giver = problem.scene->findRobot(problem.task.giver);
+    const int receiver = problem.scene->findRobot(problem.task.receiver);
+    const auto fitArms = [&](int robot, const std::string& only) {
+      std::vector<int> arms;
+      const RobotModel& model = *problem.scene->robots[static_cast<std::size_t>(robot)].model;
+      for (int arm = 0; arm < static_cast<int>(model.arms.size()); ++arm) {
+        const std::string& name = model.arms[static_cast<std::size_t>(arm)].name;
+        if ((only.empty() || only == name) && unfitReason(problem, robot, arm).empty()) {
+          arms.push_back(arm);
+        }
+      }
+      return arms;
+    };
+    ExchangeBudget more;
+    more.rrt_iterations *= kMoreIterations;
+    for (const int g : fitArms(giver, problem.giver_arm)) {
+      for (const int r : fitArms(receiver, problem.receiver_arm)) {
+        auto pairing = std::make_unique<Pairing>();
+        pairing->giver = makeRole(problem, giver, g);
+        pairing->receiver = makeRole(problem, receiver, r);
+        const auto planner = [&](const ExchangeBudget& budget) {
+          return std::make_unique<ExchangePlanner>(problem, pairing->giver, pairing->receiver,
+                                                   world_, spare_world_, budget, never_);
+        };
+        pairing->exchange = planner({});
+        pairing->thorough = planner(more);
+        pairing->picks = pairing->exchange->pruneGiverAtStart(kThoroughPruning);
+        pairing->places = pairing->exchange->pruneReceiverAtGoal(kThoroughPruning);
+        if (pairing->picks.kept.empty()) ++answer_.counts["arms with no grasp at the start"];
+        if (pairing->places.kept.empty()) ++answer_.counts["arms with no grasp at the goal"];
+        if (pairing->picks.kept.empty() || pairing->places.kept.empty()) continue;
+        setGrid(problem, *pairing);
+        answer_.grid += pairing->size();
+        pairings_.push_back(std::move(pairing));
+      }
+    }
+  }
+
+  DenseAnswer run(std::uint64_t most_poses) {
+    if (answer_.grid == 0) return answer_;
+    const RandomOrder order(answer_.grid, problem_.seed);
+    const std::uint64_t poses = std::min(most_poses, answer_.grid);
+    while (answer_.poses < poses && !answer_.plan) tryPose(order(answer_.poses++));
+    for (std::size_t i = 0; i < again_.size() && !answer_.plan; ++i) {
+      const auto& [pairing, tuple] = again_[i];
+      ++answer_.counts["tuples tried again"];
+      if (connects(*pairing, *pairing->thorough, tuple, "again: ") == Connected::kYes) {
+        answer_.plan->thorough = true;
+      }
+    }
+    return answer_;
+  }
+
+ private:
+  void tryPose(std::uint64_t number) {
+    std::size_t p = 0;
+    while (number >= pairings_[p]->size()) number -= pairings_[p++]->size();
+    Pairing& pairing = *pairings_[p];
+    const auto place_index = static_cast<std::size_t>(number % pairing.places.kept.size());
+    number /= pairing.places.kept.size();
+    const auto rotation_index = static_cast<std::size_t>(number % pairing.rotations());
+    const auto point_index = static_cast<std::size_t>(number / pairing.rotations());
+
+    const FeasibleGrasp& place = pairing.places.kept[place_index];
+    const Grasp& grasp = pairing.receiver.grasps->grasps[static_cast<std::size_t>(place.grasp)];
+    Pose X_WTr = Pose::Identity();
+    X_WTr.translation() = pairing.points[point_index];
+    X_WTr.linear() =
+        rotation_index < pairing.from_paper.size()
+            ? Eigen::Matrix3d(pairing.from_paper[rotation_index] * pairing.R_WTr_paper[place_index])
+            : pairing.even[rotation_index - pairing.from_paper.size()];
+    const Pose X_WH = X_WTr * grasp.X_OT.inverse();
+
+    // Cheap tests before dear ones.
+    IkQuery query;
+    query.swivel_samples = PruneEffort{}.swivels;
+    const IkCounts reached = pairing.receiver.kinematics->visit(
+        pairing.receiver.worldToArm(X_WTr), query, [](const ArmVector&) { return false; });
+    if (reached.solutions == 0) {
+      ++answer_.counts["1 no IK of the receiver"];
+      return;
+    }
+    if (!pairing.exchange->giverReaches(X_WH, pairing.picks)) {
+      ++answer_.counts["2 no IK of the giver"];
+      return;
+    }
+    PrunedGrasps receive = pairing.exchange->pruneReceiverAt(X_WH, place);
+    if (receive.kept.empty()) {
+      ++answer_.counts["3 receiver touches"];
+      return;
+    }
+    if (!pairing.exchange->keepReachable(X_WH, receive.kept.front())) {
+      ++answer_.counts["4 no straight way for the receiver"];
+      return;
+    }
+    const PrunedGrasps give =
+        pairing.exchange->pruneGiverAt(X_WH, receive.kept.front(), pairing.picks);
+    if (give.kept.empty()) {
+      ++answer_.counts["5 giver touches or reaches by no free grasp"];
+      return;
+    }
+    ++answer_.counts["6 both hold"];
+    for (const FeasibleGrasp& given : give.kept) {
+      const HandoverTuple tuple{X_WH, place, receive.kept.front(), *pairing.picks.find(given.grasp),
+                                given};
+      const Connected connected = connects(pairing, *pairing.exchange, tuple, "");
+      if (connected == Connected::kYes) return;
+      if (connected == Connected::kNoMotion && again_.size() < kTriedAgain) {
+        again_.emplace_back(&pairing, tuple);
+      }
+    }
+  }
+
+  enum class Connected { kYes, kNoHands, kNoMotion };
+
+  Connected connects(Pairing& pairing, ExchangePlanner& planner, const HandoverTuple& tuple,
+                     const std::string& prefix) {
+    const auto connected = planner.connect(tuple);
+    if (const auto* failure = std::get_if<ExchangePlanner::Failure>(&connected)) {
+      ++answer_.counts["7 tuples: " + prefix + failure->at];
+      return failure->at == ExchangePlanner::kHands ? Connected::kNoHands : Connected::kNoMotion;
+    }
+    const Exchange& exchange = std::get<Exchange>(connected);
+    const auto timed = timeStages(problem_, planner.checkers(), exchange, 0);
+    if (const auto* failure = std::get_if<TimingFailure>(&timed)) {
+      ++answer_.counts["7 tuples: " + prefix + "timing " + failure->stage];
+      return Connected::kNoMotion;
+    }
+    FoundPlan& plan = answer_.plan.emplace();
+    plan.giver_arm = pairing.giver.armName();
+    plan.receiver_arm = pairing.receiver.armName();
+    plan.giver_grasp = tuple.give.grasp;
+    plan.receiver_grasp = tuple.receive.grasp;
+    const auto grasp = static_cast<std::size_t>(tuple.receive.grasp);
+    const Pose X_WTr = tuple.X_WH * pairing.receiver.grasps->grasps[grasp].X_OT;
+    plan.p_WTr = X_WTr.translation();
+    const PlacedMap &map_g = pairing.giver.map, &map_r = pairing.receiver.map;
+    plan.from_midpoint = (plan.p_WTr - 0.5 * (map_g.p_WShoulder + map_r.p_WShoulder)).norm();
+    plan.both_maps = map_g(plan.p_WTr) > 0 && map_r(plan.p_WTr) > 0;
+    plan.near_map = map_r.near(plan.p_WTr);
+    const Eigen::Vector3d approach_W = X_WTr.linear() * pairing.receiver.arm_model->approach_axis;
+    const Eigen::Vector3d& z = pairing.z_shoulder;
+    plan.tilt = std::atan2(approach_W.cross(z).norm(), approach_W.dot(z));
+    // What is left when the tilt is undone is a turn about z_shoulder.
+    const Eigen::Matrix3d R_upright =
+        Eigen::Quaterniond::FromTwoVectors(approach_W, z) * X_WTr.linear();
+    const auto place = static_cast<std::size_t>(pairing.places.find(tuple.place.grasp) -
+                                                pairing.places.kept.data());
+    const Eigen::AngleAxisd turn(R_upright * pairing.R_WTr_paper[place].transpose());
+    plan.turn = turn.angle() * (turn.axis().dot(z) < 0 ? -1 : 1);
+    return Connected::kYes;
+  }
+
+  const HandoverProblem& problem_;
+  const Deadline never_;
+  CollisionWorld world_, spare_world_;
+  std::vector<std::unique_ptr<Pairing>> pairings_;
+  std::vector<std::pair<Pairing*, HandoverTuple>> again_;
+  DenseAnswer answer_;
+};
+
+}  // namespace
+
+DenseAnswer searchDensely(const HandoverProblem& problem, std::uint64_t most_poses) {
+  return DenseSearch(problem).run(most_poses);
+}
+
+}  // namespace handover::dense

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// dense_search: are the failures of an experiment infeasible, or gaps in the planner's search?
+#include "dense_search.hpp"
+#include "runtime/cell_service.hpp"
+#include "settings/roots.hpp"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+
+namespace handover::dense {
+namespace {
+
+using Json = nlohmann::json;
+
+// 100 times the handover poses that the planner looks at.
+constexpr std::uint64_t kPoses = 800'000;
+
+Json readExperiment(const std::string& file) {
+  std::ifstream in(file);
+  if (!in) throw std::runtime_error("cannot read " + file);
+  Json experiment = Json::parse(in);
+  if (experiment.value("format", "") != "handover-experiment/1") {
+    throw std::runtime_error(file + " is no handover-experiment/1 file");
+  }
+  return experiment;
+}
+
+HandoverProblem problemOf(CellService& service, const std::string& cell, const Json& record) {
+  PlanRequest request;
+  request.id = RequestId::random();
+  request.client_id = "dense_search";
+  request.cell = cell;
+  request.seed = record.at("seed");
+  for (const auto& [path, value] : record.at("drawn").items()) {
+    request.overrides.push_back(
+        {path, value.is_string() ? value.get<std::string>() : value.dump()});
+  }
+  auto problem = service.problemOf(request, Deadline());
+  if (auto* ready = std::get_if<HandoverProblem>(&problem)) return std::move(*ready);
+  std::string why = "run " + record.at("index").dump() + " is no request that can be planned";
+  if (const auto* rejected = std::get_if<Rejected>(&std::get<Outcome>(problem))) {
+    for (const Fault& fault : rejected->faults) why += "; " + fault.field + ": " + fault.message;
+  }
+  throw std::runtime_error(why);
+}
+
+class Unheard : public StageSink {
+ public:
+  void emit(StagePayload) override {}
+};
+
+bool plannerSolves(const HandoverProblem& problem) {
+  Unheard sink;
+  return std::holds_alternative<Done>(planHandover(problem, sink, Deadline()));
+}
+
+std::string text(const char* format, auto... values) {
+  char buffer[200];
+  std::snprintf(buffer, sizeof(buffer), format, values...);
+  return buffer;
+}
+
+double degrees(double angle) { return angle * 180 / M_PI; }
+
+void print(const Json& record, const DenseAnswer& answer, double seconds) {
+  std::cout << "run " << record.at("index") << "  " << record.at("reason").get<std::string>()
+            << "  " << record.at("drawn").dump() << "\n    ";
+  if (const auto& plan = answer.plan) {
+    std::cout << "solved by dense search: " << plan->giver_arm << " -> " << plan->receiver_arm
+              << text(
+                     ", receiver's tool at (%.3f, %.3f, %.3f), %.2f m from the midpoint of the "
+                     "shoulders, tilt %.0f deg, turn %.0f deg",
+                     plan->p_WTr.x(), plan->p_WTr.y(), plan->p_WTr.z(), plan->from_midpoint,
+                     degrees(plan->tilt), degrees(plan->turn))
+              << (plan->both_maps  ? ", in both maps"
+                  : plan->near_map ? ", at the receiver's map"
+                                   : ", outside the maps")
+              << ", grasps " << plan->giver_grasp << " and " << plan->receiver_grasp
+              << (plan->thorough ? ", with a larger budget for motions" : "") << "; pose "
+              << answer.poses;
+  } else {
+    std::cout << "no plan in " << answer.poses << " poses";
+    if (answer.poses == answer.grid) std::cout << ", infeasible on this grid";
+  }
+  std::cout << " of " << answer.grid << text(" (%.1f s)", seconds) << '\n';
+  for (const auto& [what, count] : answer.counts) {
+    std::cout << "      " << count << "  " << what << '\n';
+  }
+  std::cout << std::flush;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{"Plans an experiment's failures again over a dense grid of handover poses",
+               "dense_search"};
+  std::string file, root;
+  bool again = false;
+  std::uint64_t poses = kPoses;
+  std::optional<int> only;
+  app.add_option("EXPERIMENT", file, "What handoverctl experiment --output wrote")->required();
+  app.add_option("--poses", poses, "Handover poses looked at in each run, at most")
+      ->capture_default_str();
+  app.add_option("--run", only, "This run alone, by its index");
+  app.add_flag("--again", again, "Pass over runs that the planner solves now");
+  app.add_option("--root", root, "Where config/ and robots/ are");
+  CLI11_PARSE(app, argc, argv);
+
+  const Json experiment = readExperiment(file);
+  const std::string cell = experiment.at("cell");
+  CellService service(findRoot(root), {cell}, cacheFolder(""), {}, false);
+  int failures = 0, solved = 0, planned = 0;
+  for (const Json& record : experiment.at("records")) {
+    if (record.at("outcome") == "done") {
+      ++planned;
+      continue;
+    }
+    if (only && record.at("index") != *only) continue;
+    const HandoverProblem problem = problemOf(service, cell, record);
+    if (again && plannerSolves(problem)) {
+      std::cout << "run " << record.at("index") << "  the planner solves it now" << std::endl;
+      ++planned;
+      continue;
+    }
+    ++failures;
+    const auto start = std::chrono::steady_clock::now();
+    const DenseAnswer answer = searchDensely(problem, poses);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+    print(record, answer, took.count());
+    solved += answer.plan ? 1 : 0;
+  }
+  std::cout << "dense search solves " << solved << " of " << failures
+            << " failures; the planner solved " << planned << " of " << planned + solved
+            << std::endl;
+  return 0;
+}
+
+}  // namespace
+}  // namespace handover::dense
+
+int main(int argc, char** argv) {
+  try {
+    return handover::dense::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::cerr << "dense_search: " << error.what() << std::endl;
+    return 1;
+  }
+}
