@@ -17,9 +17,10 @@ constexpr int kTurns = 24;       // about z_shoulder
 constexpr double kTilts[] = {25 * M_PI / 180, 50 * M_PI / 180};
 constexpr int kAzimuths = 6;  // in which the approach axis is tilted
 constexpr int kRolls = 6;     // about each of the twelve directions of the even rotations
-// Tuples whose hands go together, but whose motions were not found, that are tried again with
-constexpr std::uint32_t kMoreIterations = 100;  // times the planner's
+// Tuples whose hands go together but whose motions were not found are tried again at the end, so
+// many of them with so many times the planner's budget.
 constexpr std::size_t kTriedAgain = 600;
+constexpr std::uint32_t kMoreIterations = 100;
 
 /// One giver arm with one receiver arm, and its part of the grid: points x rotations x places.
 struct Pairing {
@@ -158,8 +159,8 @@ class DenseSearch {
         pairing->thorough = planner(more);
         pairing->picks = pairing->exchange->pruneGiverAtStart(kThoroughPruning);
         pairing->places = pairing->exchange->pruneReceiverAtGoal(kThoroughPruning);
-        if (pairing->picks.kept.empty()) ++answer_.counts["arms with no grasp at the start"];
-        if (pairing->places.kept.empty()) ++answer_.counts["arms with no grasp at the goal"];
+        answer_.giver_grasps |= !pairing->picks.kept.empty();
+        answer_.receiver_grasps |= !pairing->places.kept.empty();
         if (pairing->picks.kept.empty() || pairing->places.kept.empty()) continue;
         setGrid(problem, *pairing);
         answer_.grid += pairing->size();
@@ -175,8 +176,7 @@ class DenseSearch {
     while (answer_.poses < poses && !answer_.plan) tryPose(order(answer_.poses++));
     for (std::size_t i = 0; i < again_.size() && !answer_.plan; ++i) {
       const auto& [pairing, tuple] = again_[i];
-      ++answer_.counts["tuples tried again"];
-      if (connects(*pairing, *pairing->thorough, tuple, "again: ") == Connected::kYes) {
+      if (connects(*pairing, *pairing->thorough, tuple, answer_.tuples_again) == Connected::kYes) {
         answer_.plan->thorough = true;
       }
     }
@@ -209,33 +209,33 @@ class DenseSearch {
     const IkCounts reached = pairing.receiver.kinematics->visit(
         pairing.receiver.worldToArm(X_WTr), query, [](const ArmVector&) { return false; });
     if (reached.solutions == 0) {
-      ++answer_.counts["1 no IK of the receiver"];
+      ++answer_.counts.receiver_reaches_not;
       return;
     }
     if (!pairing.exchange->giverReaches(X_WH, pairing.picks)) {
-      ++answer_.counts["2 no IK of the giver"];
+      ++answer_.counts.giver_reaches_not;
       return;
     }
     PrunedGrasps receive = pairing.exchange->pruneReceiverAt(X_WH, place);
     if (receive.kept.empty()) {
-      ++answer_.counts["3 receiver touches"];
+      ++answer_.counts.receiver_touches;
       return;
     }
     if (!pairing.exchange->keepReachable(X_WH, receive.kept.front())) {
-      ++answer_.counts["4 no straight way for the receiver"];
+      ++answer_.counts.receiver_comes_not;
       return;
     }
     const PrunedGrasps give =
         pairing.exchange->pruneGiverAt(X_WH, receive.kept.front(), pairing.picks);
     if (give.kept.empty()) {
-      ++answer_.counts["5 giver touches or reaches by no free grasp"];
+      ++answer_.counts.giver_touches;
       return;
     }
-    ++answer_.counts["6 both hold"];
+    ++answer_.counts.held_by_both;
     for (const FeasibleGrasp& given : give.kept) {
       const HandoverTuple tuple{X_WH, place, receive.kept.front(), *pairing.picks.find(given.grasp),
                                 given};
-      const Connected connected = connects(pairing, *pairing.exchange, tuple, "");
+      const Connected connected = connects(pairing, *pairing.exchange, tuple, answer_.tuples);
       if (connected == Connected::kYes) return;
       if (connected == Connected::kNoMotion && again_.size() < kTriedAgain) {
         again_.emplace_back(&pairing, tuple);
@@ -246,16 +246,16 @@ class DenseSearch {
   enum class Connected { kYes, kNoHands, kNoMotion };
 
   Connected connects(Pairing& pairing, ExchangePlanner& planner, const HandoverTuple& tuple,
-                     const std::string& prefix) {
+                     RejectTally& rejects) {
     const auto connected = planner.connect(tuple);
     if (const auto* failure = std::get_if<ExchangePlanner::Failure>(&connected)) {
-      ++answer_.counts["7 tuples: " + prefix + failure->at];
+      rejects.add(failure->at);
       return failure->at == ExchangePlanner::kHands ? Connected::kNoHands : Connected::kNoMotion;
     }
     const Exchange& exchange = std::get<Exchange>(connected);
     const auto timed = timeStages(problem_, planner.checkers(), exchange, 0);
     if (const auto* failure = std::get_if<TimingFailure>(&timed)) {
-      ++answer_.counts["7 tuples: " + prefix + "timing " + failure->stage];
+      rejects.add("timing " + failure->stage);
       return Connected::kNoMotion;
     }
     FoundPlan& plan = answer_.plan.emplace();

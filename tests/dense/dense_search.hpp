@@ -4,8 +4,8 @@
 #pragma once
 
 #include "core/handover/planner.hpp"
+#include "core/handover/reject_tally.hpp"
 
-#include <map>
 #include <optional>
 #include <string>
 
@@ -24,12 +24,20 @@ struct FoundPlan {
   bool thorough = false;     ///< its motions took more than the planner's budget
 };
 
+/// Handover poses by the first test that they fail; cheap tests come before dear ones.
+struct PoseCounts {
+  std::uint64_t receiver_reaches_not = 0, giver_reaches_not = 0, receiver_touches = 0,
+                receiver_comes_not = 0, giver_touches = 0, held_by_both = 0;
+};
+
 struct DenseAnswer {
   std::optional<FoundPlan> plan;
   std::uint64_t poses = 0;  ///< looked at
   std::uint64_t grid = 0;   ///< poses there are
-  /// How far handover poses, and then tuples, came.
-  std::map<std::string, std::uint64_t> counts;
+  PoseCounts counts;
+  RejectTally tuples;        ///< of poses held by both hands: where their motions ended
+  RejectTally tuples_again;  ///< the same with the larger budget
+  bool giver_grasps = false, receiver_grasps = false;  ///< at the start; at the goal
 };
 
 /// Looks at up to `most_poses` poses of a grid, in a random order that the problem's seed decides:

@@ -67,8 +67,20 @@ std::string text(const char* format, auto... values) {
 
 double degrees(double angle) { return angle * 180 / M_PI; }
 
+void print(const char* what, const RejectTally& tally) {
+  if (tally.total() == 0) return;
+  std::cout << "      " << what;
+  for (const RejectCount& count : tally.counts()) {
+    std::cout << "  " << count.cause << ' ' << count.count;
+  }
+  std::cout << '\n';
+}
+
 void print(const Json& record, const DenseAnswer& answer, double seconds) {
-  std::cout << "run " << record.at("index") << "  " << record.at("reason").get<std::string>()
+  const Json& reason = record.at("reason");
+  std::cout << "run " << record.at("index") << "  "
+            << (reason.is_string() ? reason.get<std::string>()
+                                   : record.at("outcome").get<std::string>())
             << "  " << record.at("drawn").dump() << "\n    ";
   if (const auto& plan = answer.plan) {
     std::cout << "solved by dense search: " << plan->giver_arm << " -> " << plan->receiver_arm
@@ -88,9 +100,16 @@ void print(const Json& record, const DenseAnswer& answer, double seconds) {
     if (answer.poses == answer.grid) std::cout << ", infeasible on this grid";
   }
   std::cout << " of " << answer.grid << text(" (%.1f s)", seconds) << '\n';
-  for (const auto& [what, count] : answer.counts) {
-    std::cout << "      " << count << "  " << what << '\n';
-  }
+  if (!answer.giver_grasps) std::cout << "      no grasp of the giver at the start\n";
+  if (!answer.receiver_grasps) std::cout << "      no grasp of the receiver at the goal\n";
+  const PoseCounts& counts = answer.counts;
+  std::cout << "      poses: " << counts.receiver_reaches_not << " the receiver does not reach, "
+            << counts.giver_reaches_not << " the giver does not, " << counts.receiver_touches
+            << " the receiver touches something, " << counts.receiver_comes_not
+            << " it cannot come to straight, " << counts.giver_touches
+            << " the giver touches something, " << counts.held_by_both << " held by both\n";
+  print("tuples that ended at", answer.tuples);
+  print("tried again with a larger budget, ended at", answer.tuples_again);
   std::cout << std::flush;
 }
 
