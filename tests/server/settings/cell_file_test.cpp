@@ -107,7 +107,8 @@ TEST(Cell, ReadsCompoundsAndMeshes) {
                      "{type: compound, parts: [{name: ball, pose: {xyz: [0, 0, 1]}, "
                      "geometry: {type: sphere, radius: 0.03}}, {geometry: {type: mesh, "
                      "path: meshes/t.obj, scale: [0.1, 0.1, 0.1]}}]}"));
-  const SceneObject& cup = instanceOf(cell).scene->objects[3];
+  const Cell::Instance instance = instanceOf(cell);
+  const SceneObject& cup = instance.scene->objects[3];
   ASSERT_EQ(cup.shapes.size(), 2u);
   EXPECT_EQ(cup.shapes[0].X_BS.translation(), Eigen::Vector3d(0, 0, 1));
   EXPECT_EQ(std::get<ConvexShape>(cup.shapes[1].geometry).vertices.size(), 4u);
