@@ -61,6 +61,9 @@ function(handover_test name)
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 300)
   endif()
+  if(HANDOVER_SANITIZE)
+    math(EXPR arg_TIMEOUT "10 * ${arg_TIMEOUT}")
+  endif()
   add_executable(${name} ${arg_SOURCES})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   target_link_libraries(${name} PRIVATE ${arg_DEPS} GTest::gmock GTest::gtest_main handover_flags
@@ -69,6 +72,14 @@ function(handover_test name)
                                              HANDOVER_BINARY_DIR="${CMAKE_BINARY_DIR}")
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT})
+  if(HANDOVER_SANITIZE)
+    # new_delete_type_mismatch: Fast DDS's own matter. report_mutex_bugs: GCC 12's runtime misses how its timed
+    # mutexes are locked.
+    set(known ${PROJECT_SOURCE_DIR}/tests/sanitizers)
+    set_property(TEST ${name} PROPERTY ENVIRONMENT_MODIFICATION
+      ASAN_OPTIONS=set:new_delete_type_mismatch=0 UBSAN_OPTIONS=set:print_stacktrace=1:halt_on_error=1
+      LSAN_OPTIONS=set:suppressions=${known}/lsan.supp TSAN_OPTIONS=set:report_mutex_bugs=0:suppressions=${known}/tsan.supp)
+  endif()
 endfunction()
 
 # handover_npm_packages(): fetches what package-lock.json beside the caller says, once per lock file, into npm/ of the

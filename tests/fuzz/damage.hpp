@@ -16,6 +16,10 @@ std::string damaged(std::string text, std::mt19937_64& generator);
 int fuzzRuns(int runs);
 
 /// What one damaged file may take at most: ample, and far from for ever.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr std::chrono::seconds kMostTime{200};
+#else
 inline constexpr std::chrono::seconds kMostTime{20};
+#endif
 
 }  // namespace handover::test

@@ -241,7 +241,7 @@ TEST_F(ScriptedCtl, SigtermOfTheDaemonGivesOutcomes) {
 }
 
 TEST_F(ScriptedCtl, AKilledDaemonIsLost) {
-  Process plan(command("plan --cell script --task hold --wait 0.5"));
+  Process plan(command("plan --cell script --task hold --wait 2"));
   ASSERT_TRUE(plan.waitForOutput("arms"));
   daemon.signal(SIGKILL);
   EXPECT_EQ(plan.wait(), 13);
@@ -437,7 +437,7 @@ TEST_F(ScriptedCtl, AnInterruptEndsAnExperiment) {
 }
 
 TEST_F(ScriptedCtl, AnExperimentEndsWithALostDaemon) {
-  Process experiment(command("experiment script --task hold --runs 5 --jobs 2 --wait 0.5"));
+  Process experiment(command("experiment script --task hold --runs 5 --jobs 2 --wait 2"));
   Process watch(command("watch"));
   ASSERT_TRUE(watch.waitForOutput("arms"));
   daemon.signal(SIGKILL);
