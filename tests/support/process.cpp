@@ -24,6 +24,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+// How much longer programs may take than the tests say.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr int kPatience = 20;
+#else
+constexpr int kPatience = 1;
+#endif
+
 std::array<int, 2> makePipe() {
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
@@ -121,7 +128,7 @@ bool Process::readSome(Clock::time_point until) {
 }
 
 bool Process::waitForOutput(const std::string& text, std::chrono::milliseconds most) {
-  const auto until = Clock::now() + most;
+  const auto until = Clock::now() + kPatience * most;
   const auto seen = [&] {
     return out_.find(text) != std::string::npos || err_.find(text) != std::string::npos;
   };
@@ -132,7 +139,7 @@ bool Process::waitForOutput(const std::string& text, std::chrono::milliseconds m
 }
 
 std::optional<int> Process::wait(std::chrono::milliseconds most) {
-  const auto until = Clock::now() + most;
+  const auto until = Clock::now() + kPatience * most;
   while (readSome(until)) {
   }
   if (out_fd_ >= 0 || err_fd_ >= 0) return std::nullopt;  // it still holds its output
