@@ -72,7 +72,7 @@ TEST_F(Butler, TakesTheManualsOverrides) {
 }
 
 TEST_F(Butler, HoldsTheTrayWhereTheToolPoseSays) {
-  const SceneRobot& hubo = apply({}).scene->robots[1];
+  const SceneRobot hubo = apply({}).scene->robots[1];
   EXPECT_TRUE(linkInRoot(hubo, "right_tool")
                   .translation()
                   .isApprox(Eigen::Vector3d(0.30643, -0.31972, 0.05), 1e-6));
