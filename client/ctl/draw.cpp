@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "draw.hpp"
 
+#include <handover/common/random.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,35 +12,23 @@ namespace {
 
 using client::Json;
 
-/// splitmix64: the same numbers with every library, unlike the standard's distributions.
-class Generator {
- public:
-  explicit Generator(const DrawId& id) {
-    for (const std::uint64_t part : {id.seed, id.run, id.again}) state_ = next() ^ part;
+/// The generator of a draw: the same numbers with every library, unlike the standard's.
+SeededRandom generatorOf(const DrawId& id) {
+  SeededRandom random(0);
+  for (const std::uint64_t part : {id.seed, id.run, id.again}) {
+    random = SeededRandom(random.bits() ^ part);
   }
-
-  /// In [0, 1).
-  double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
-
- private:
-  std::uint64_t next() {
-    std::uint64_t x = state_ += 0x9e3779b97f4a7c15ull;
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-    return x ^ (x >> 31);
-  }
-
-  std::uint64_t state_ = 0;
-};
-
-double between(double from, double to, double stretch, Generator& generator) {
-  const double middle = 0.5 * (from + to), half = 0.5 * (to - from) * stretch;
-  if (half == 0) return middle;
-  return std::clamp(middle + half * (2 * generator.uniform() - 1), middle - half, middle + half);
+  return random;
 }
 
-Json choice(const std::vector<std::string>& choices, Generator& generator) {
-  const auto index = static_cast<std::size_t>(generator.uniform() * double(choices.size()));
+double between(double from, double to, double stretch, SeededRandom& random) {
+  const double middle = 0.5 * (from + to), half = 0.5 * (to - from) * stretch;
+  if (half == 0) return middle;
+  return std::clamp(middle + half * (2 * random.unit() - 1), middle - half, middle + half);
+}
+
+Json choice(const std::vector<std::string>& choices, SeededRandom& random) {
+  const auto index = static_cast<std::size_t>(random.unit() * double(choices.size()));
   const std::string& text = choices[std::min(index, choices.size() - 1)];
   Json value = Json::parse(text, nullptr, false);
   return value.is_discarded() ? Json(text) : value;  // YAML that is no JSON stays as it is written
@@ -56,17 +46,17 @@ void face(const Variation& variation, Json& drawn) {
 }  // namespace
 
 Json draw(const std::vector<Variation>& variations, const DrawId& id, double stretch) {
-  Generator generator(id);
+  SeededRandom random = generatorOf(id);
   Json drawn = Json::object();
   for (const Variation& variation : variations) {
     Json& value = drawn[variation.path];
     if (!variation.choices.empty()) {
-      value = choice(variation.choices, generator);
+      value = choice(variation.choices, random);
       continue;
     }
     value = Json::array();
     for (std::size_t i = 0; i < variation.from.size(); ++i) {
-      value.push_back(between(variation.from[i], variation.to[i], stretch, generator));
+      value.push_back(between(variation.from[i], variation.to[i], stretch, random));
     }
     if (value.size() == 1) value = Json(value[0].get<double>());
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundles src/NAME.{js,html,css} into one page without outside references. usage: node build.mjs NAME OUTPUT.html
+// Bundles src/NAME.{js,html,css} and src/frame.html into one page without outside references. usage: node build.mjs NAME OUTPUT.html
 // The page holds @DATA@ where its data go in; its policy allows this one script and style, and no network.
 import {createHash} from 'node:crypto';
 import {existsSync, readFileSync, writeFileSync} from 'node:fs';
@@ -43,8 +43,12 @@ const script = (notices(Object.keys(bundle.metafile.inputs)) + bundle.outputFile
 const style = source('css');
 const policy = `default-src 'none'; script-src ${hash(script)}; style-src ${hash(style)}; ` +
     `img-src data: blob:; base-uri 'none'; form-action 'none'`;
-const page = source('html')
+// The first line of the page's own part is its title.
+const [title, ...body] = source('html').split('\n');
+const page = readFileSync(join(here, 'src/frame.html'), 'utf8')
                  .replace('@POLICY@', () => policy)
+                 .replace('@TITLE@', () => title)
+                 .replace('@BODY@', () => body.join('\n'))
                  .replace('@STYLE@', () => style)
                  .replace('@SCRIPT@', () => script);
 writeFileSync(output, page);

@@ -399,7 +399,8 @@ Outcome CellService::plan(const PlanRequest& request, StageSink& sink, const Dea
   if (auto* failed = std::get_if<Failed>(&outcome)) {
     // Mode first is for those who want an answer soon.
     if (request.mode != SearchMode::kFirst) {
-      addNearestFix(*find(request.cell), request, std::get<HandoverProblem>(problem), deadline, *failed);
+      addNearestFix(*find(request.cell), request, std::get<HandoverProblem>(problem), deadline,
+                    *failed);
     }
     if (deadline.state() == Deadline::State::kCancelled) return Cancelled{};
   }

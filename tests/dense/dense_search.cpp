@@ -204,11 +204,7 @@ class DenseSearch {
     const Pose X_WH = X_WTr * grasp.X_OT.inverse();
 
     // Cheap tests before dear ones.
-    IkQuery query;
-    query.swivel_samples = PruneEffort{}.swivels;
-    const IkCounts reached = pairing.receiver.kinematics->visit(
-        pairing.receiver.worldToArm(X_WTr), query, [](const ArmVector&) { return false; });
-    if (reached.solutions == 0) {
+    if (!pairing.receiver.reaches(X_WTr)) {
       ++answer_.counts.receiver_reaches_not;
       return;
     }

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // dense_search: are the failures of an experiment infeasible, or gaps in the planner's search?
 #include "dense_search.hpp"
+#include "draw.hpp"
 #include "runtime/cell_service.hpp"
 #include "settings/roots.hpp"
+#include "support/recorder.hpp"
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
 #include <chrono>
 #include <cstdio>
@@ -15,7 +16,7 @@
 namespace handover::dense {
 namespace {
 
-using Json = nlohmann::json;
+using client::Json;
 
 // 100 times the handover poses that the planner looks at.
 constexpr std::uint64_t kPoses = 800'000;
@@ -36,10 +37,7 @@ HandoverProblem problemOf(CellService& service, const std::string& cell, const J
   request.client_id = "dense_search";
   request.cell = cell;
   request.seed = record.at("seed");
-  for (const auto& [path, value] : record.at("drawn").items()) {
-    request.overrides.push_back(
-        {path, value.is_string() ? value.get<std::string>() : value.dump()});
-  }
+  request.overrides = ctl::overridesOf(record.at("drawn"));
   auto problem = service.problemOf(request, Deadline());
   if (auto* ready = std::get_if<HandoverProblem>(&problem)) return std::move(*ready);
   std::string why = "run " + record.at("index").dump() + " is no request that can be planned";
@@ -49,14 +47,9 @@ HandoverProblem problemOf(CellService& service, const std::string& cell, const J
   throw std::runtime_error(why);
 }
 
-class Unheard : public StageSink {
- public:
-  void emit(StagePayload) override {}
-};
-
 bool plannerSolves(const HandoverProblem& problem) {
-  Unheard sink;
-  return std::holds_alternative<Done>(planHandover(problem, sink, Deadline()));
+  test::Recorder recorder;
+  return std::holds_alternative<Done>(planHandover(problem, recorder, Deadline()));
 }
 
 std::string text(const char* format, auto... values) {

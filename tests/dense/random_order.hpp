@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <handover/common/random.hpp>
+
 #include <cstdint>
 
 namespace handover::dense {
@@ -25,18 +27,12 @@ class RandomOrder {
     const std::uint64_t mask = (std::uint64_t{1} << half_) - 1;
     std::uint64_t left = i >> half_, right = i & mask;
     for (std::uint64_t round = 0; round < 4; ++round) {
-      const std::uint64_t mixed = left ^ (mix(mix(seed_ + round) ^ right) & mask);
+      const std::uint64_t mixed =
+          left ^ (SeededRandom::mix(SeededRandom::mix(seed_ + round) ^ right) & mask);
       left = right;
       right = mixed;
     }
     return left << half_ | right;
-  }
-
-  static std::uint64_t mix(std::uint64_t x) {  // splitmix64
-    x += 0x9e3779b97f4a7c15ull;
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-    return x ^ (x >> 31);
   }
 
   std::uint64_t size_, seed_;

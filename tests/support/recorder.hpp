@@ -8,17 +8,23 @@
 
 namespace handover::test {
 
+/// Those of one sort.
+template <typename T>
+std::vector<T> allOf(const std::vector<StagePayload>& stages) {
+  std::vector<T> found;
+  for (const auto& stage : stages) {
+    if (const auto* payload = std::get_if<T>(&stage)) found.push_back(*payload);
+  }
+  return found;
+}
+
 class Recorder : public StageSink {
  public:
   void emit(StagePayload payload) override { stages.push_back(std::move(payload)); }
 
   template <typename T>
   std::vector<T> all() const {
-    std::vector<T> found;
-    for (const auto& stage : stages) {
-      if (const auto* payload = std::get_if<T>(&stage)) found.push_back(*payload);
-    }
-    return found;
+    return allOf<T>(stages);
   }
 
   std::vector<StagePayload> stages;

@@ -58,8 +58,7 @@ TEST_F(Butler, PlanIsCompleteAndVerified) {
   EXPECT_EQ(document["complete"], true);
   EXPECT_EQ(document["plan"]["stages"].size(), 14u);
   EXPECT_EQ(document["plan"]["receiver_arm"], "left");
-  const Finished verified = verify("p.json");
-  EXPECT_EQ(verified.status, 0) << verified.out;
+  expectValid("p.json");
   // The receiver reaches while the giver carries, and the file says what that is worth.
   double end = 0, sum = 0, reach = 0, transfer = 0;
   for (const auto& stage : document["plan"]["stages"]) {
@@ -91,8 +90,7 @@ TEST_F(Butler, CupGoesBackFromTheTrayToTheCart) {
       EXPECT_EQ(object["resting"], nlohmann::json({"tray"}));
     }
   }
-  const Finished verified = verify("r.json");
-  EXPECT_EQ(verified.status, 0) << verified.out;
+  expectValid("r.json");
   stop();
 }
 
@@ -129,12 +127,10 @@ TEST_F(Butler, PlanIsTheSameForAnyThreadsAloneOrAmongOthers) {
       const auto [known, is_new] = before.emplace(name, text);
       EXPECT_EQ(text, known->second) << more;
       if (!is_new) continue;
-      const Finished verified = verify(name);
-      EXPECT_EQ(verified.status, 0) << more << '\n' << verified.out;
+      expectValid(name);
     }
   }
-  const Finished verified = verify("among.json");
-  EXPECT_EQ(verified.status, 0) << verified.out;
+  expectValid("among.json");
   stop();
 }
 
@@ -152,8 +148,7 @@ TEST_F(Butler, PlanIsTheSameAfterOverridesAndBack) {
   EXPECT_EQ(planText("before.json"), planText("after.json"));
   EXPECT_NE(planText("before.json"), planText("moved.json"));
   for (const char* name : {"moved.json", "after.json"}) {
-    const Finished verified = verify(name);
-    EXPECT_EQ(verified.status, 0) << name << '\n' << verified.out;
+    expectValid(name);
   }
   stop();
 }

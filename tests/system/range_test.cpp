@@ -44,6 +44,14 @@ int runsWanted() {
   return runs == nullptr ? 5 : std::atoi(runs);
 }
 
+/// Every draw of a number lies in its range.
+void expectDrawn(const nlohmann::json& file, const char* path, int axis, double from, double to) {
+  for (const auto& record : file["records"]) {
+    const double value = record["drawn"][path][axis];
+    EXPECT_TRUE(value >= from && value <= to) << path << ' ' << value;
+  }
+}
+
 /// Every draw is planned, its plan valid.
 void expectAllSolved(const nlohmann::json& file) {
   ASSERT_EQ(file["records"].size(), static_cast<std::size_t>(runsWanted()));
@@ -59,28 +67,19 @@ void expectAllSolved(const nlohmann::json& file) {
 TEST_F(Range, ButlerIsPlannedAndVerifiedWhereverHuboStands) {
   const auto file = experiment("butler", runsWanted());
   expectAllSolved(file);
-  for (const auto& record : file["records"]) {
-    const double y = record["drawn"]["robots.hubo.base.xyz"][1];
-    EXPECT_TRUE(y >= -1.1 && y <= 0.5) << y;
-  }
+  expectDrawn(file, "robots.hubo.base.xyz", 1, -1.1, 0.5);
 }
 
 TEST_F(Range, StoolIsPlannedAndVerifiedWhereverItStands) {
   const auto file = experiment("stool", runsWanted());
   expectAllSolved(file);
-  for (const auto& record : file["records"]) {
-    const double y = record["drawn"]["objects.stool.pose.xyz"][1];
-    EXPECT_TRUE(y >= 0.46 && y <= 0.76) << y;
-  }
+  expectDrawn(file, "objects.stool.pose.xyz", 1, 0.46, 0.76);
 }
 
 TEST_F(Range, KneelingIsPlannedAndVerifiedWhereverTheJarGoes) {
   const auto file = experiment("kneeling", runsWanted());
   expectAllSolved(file);
-  for (const auto& record : file["records"]) {
-    const double roll = record["drawn"]["tasks.feed.goal.rpy_deg"][0];
-    EXPECT_TRUE(roll >= 10 && roll <= 50) << roll;
-  }
+  expectDrawn(file, "tasks.feed.goal.rpy_deg", 0, 10, 50);
 }
 
 /// The far end of this range is at the limit of both arms' reach: a draw there may fail, but says

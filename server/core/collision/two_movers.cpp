@@ -39,12 +39,4 @@ bool TwoMovers::validAlong(const JointMotion& motion) {
   return proof_.free(*world_, pairs_, groups_, moving_, moving_index_, motion, 0, 1, nullptr);
 }
 
-std::optional<BodyContact> TwoMovers::hitAlong(const JointMotion& motion) {
-  BodyContact contact;
-  if (proof_.free(*world_, pairs_, groups_, moving_, moving_index_, motion, 0, 1, &contact)) {
-    return std::nullopt;
-  }
-  return contact;
-}
-
 }  // namespace handover

@@ -19,7 +19,6 @@ class TwoMovers {
   /// As StateChecker::validAlong(), of motions whose states are the first's dofs and then the
   /// second's. Leaves the movers anywhere.
   bool validAlong(const JointMotion& motion);
-  std::optional<BodyContact> hitAlong(const JointMotion& motion);
 
  private:
   CollisionWorld* world_;

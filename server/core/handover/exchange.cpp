@@ -4,6 +4,8 @@
 #include "core/motion/straight.hpp"
 #include "core/motion/via_search.hpp"
 
+#include <handover/common/random.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -29,13 +31,6 @@ constexpr double kMostCorners = 4;
 constexpr std::uint32_t kDirectGoals = 4;                   // goals tried without a tree
 constexpr std::uint32_t kFewChecks = 15, kViaChecks = 150;  // segments looked at for a simple way
 
-std::uint64_t mix(std::uint64_t x) {  // splitmix64's finaliser
-  x += 0x9e3779b97f4a7c15ull;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-  return x ^ (x >> 31);
-}
-
 JointPath reversed(JointPath path) {
   std::reverse(path.waypoints.begin(), path.waypoints.end());
   return path;
@@ -55,14 +50,6 @@ Pose raised(Pose X, double height) {
 
 const Grasp& graspOf(const Role& role, const FeasibleGrasp& feasible) {
   return role.grasps->grasps[static_cast<std::size_t>(feasible.grasp)];
-}
-
-/// Whether any configuration at all, within limits, brings the tool there.
-bool reaches(const Role& role, const Pose& X_WT) {
-  IkQuery query;
-  query.swivel_samples = PruneEffort{}.swivels;
-  const auto enough = [](const ArmVector&) { return false; };
-  return role.kinematics->visit(role.worldToArm(X_WT), query, enough).solutions > 0;
 }
 
 void setArmPath(StagePath& stage, const JointPath& path) {
@@ -91,6 +78,7 @@ ExchangePlanner::ExchangePlanner(const HandoverProblem& problem, const Role& giv
       start_(checkers_.startState()) {}
 
 std::uint64_t ExchangePlanner::seedFor(StageKind kind, int grasp) const {
+  const auto mix = SeededRandom::mix;
   return mix(mix(mix(problem_.seed) ^ static_cast<std::uint64_t>(kind)) ^
              static_cast<std::uint64_t>(grasp + 1));
 }
@@ -229,7 +217,7 @@ std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVect
   IkBiRrtSettings settings;
   settings.direct_goals = 0;
   settings.max_iterations = budget_.rrt_iterations;
-  settings.seed = mix(seedFor(kind, grasp));
+  settings.seed = SeededRandom::mix(seedFor(kind, grasp));
   std::uint32_t found_goal = 0;
   const auto path = planIkBiRrt(motion, from, goals, settings, deadline_, &found_goal);
   if (!path) return std::nullopt;
@@ -358,7 +346,7 @@ PrunedGrasps ExchangePlanner::pruneReceiverAt(const Pose& X_WH, const FeasibleGr
 
 bool ExchangePlanner::giverReaches(const Pose& X_WH, const PrunedGrasps& picks) const {
   return std::any_of(picks.kept.begin(), picks.kept.end(), [&](const FeasibleGrasp& pick) {
-    return reaches(giver_, X_WH * graspOf(giver_, pick).X_OT);
+    return giver_.reaches(X_WH * graspOf(giver_, pick).X_OT);
   });
 }
 
@@ -389,7 +377,7 @@ bool ExchangePlanner::keepReachable(const Pose& X_WH, FeasibleGrasp& receive) {
   const Pose X_WT = X_WH * grasp.X_OT;
   // Mostly the arm cannot fold so far: then no configuration needs to be looked at.
   const Pose X_WT_back = receiver_.backedOff(X_WT, kBackOff.back());
-  if (!reaches(receiver_, X_WT_back)) return false;
+  if (!receiver_.reaches(X_WT_back)) return false;
 
   // With its fingers as they start: an arm stage moves the arm alone.
   CellState open = start_;

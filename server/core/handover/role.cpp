@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/handover/role.hpp"
 
+#include "core/handover/prune_grasps.hpp"
+
 #include <algorithm>
 
 namespace handover {
@@ -40,6 +42,13 @@ Eigen::VectorXd Role::fingersOf(const RobotVector& q) const {
     q_fingers[static_cast<Eigen::Index>(i)] = q[hand->dofs[i]];
   }
   return q_fingers;
+}
+
+bool Role::reaches(const Pose& X_WT) const {
+  IkQuery query;
+  query.swivel_samples = PruneEffort{}.swivels;
+  const auto enough = [](const ArmVector&) { return false; };
+  return kinematics->visit(worldToArm(X_WT), query, enough).solutions > 0;
 }
 
 Pose Role::backedOff(const Pose& X_WT, double distance) const {

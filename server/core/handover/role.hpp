@@ -41,6 +41,9 @@ struct Role {
   /// X_WT at an arm configuration.
   Pose toolPose(const ArmVector& q_arm) const { return map.X_WA * kinematics->toolPose(q_arm); }
 
+  /// Whether any configuration at all, within limits, brings the tool there.
+  bool reaches(const Pose& X_WT) const;
+
   /// The tool moved by `distance` [m] against its approach axis.
   Pose backedOff(const Pose& X_WT, double distance) const;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/motion/ikbirrt.hpp"
-#include "core/motion/random.hpp"
+
+#include <handover/common/random.hpp>
 
 #include <algorithm>
 #include <cmath>

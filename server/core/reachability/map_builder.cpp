@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/reachability/map_file.hpp"
 
+#include <handover/common/random.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,20 +17,12 @@ namespace {
 // Samples between two looks at the deadline: some ms, self-collision tests included.
 constexpr std::uint64_t kBlock = 512;
 
-/// SplitMix64 as a counter: number n of a seed, whatever was drawn before.
-std::uint64_t randomBits(std::uint64_t seed, std::uint64_t n) {
-  std::uint64_t z = seed + (n + 1) * 0x9e3779b97f4a7c15u;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return z ^ (z >> 31);
-}
-
-/// Sample number `sample`: each joint uniform within its limits.
+/// Sample number `sample`: each joint uniform within its limits, whatever was drawn before.
 ArmVector drawConfiguration(const ArmKinematics& arm, std::uint64_t seed, std::uint64_t sample) {
   ArmVector q(arm.dofs());
   for (int i = 0; i < arm.dofs(); ++i) {
-    const std::uint64_t bits = randomBits(seed, sample * 8 + static_cast<std::uint64_t>(i));
-    const double fraction = static_cast<double>(bits >> 11) * 0x1p-53;
+    const double fraction = SeededRandom::toUnit(
+        SeededRandom::bitsAt(seed, sample * 8 + static_cast<std::uint64_t>(i)));
     q[i] = arm.lower()[i] + fraction * (arm.upper()[i] - arm.lower()[i]);
   }
   return q;

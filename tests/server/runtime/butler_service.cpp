@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "butler_service.hpp"
 
-#include "support/recorder.hpp"
 #include "support/verified.hpp"
 
 namespace handover::test {

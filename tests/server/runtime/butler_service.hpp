@@ -3,6 +3,7 @@
 #pragma once
 
 #include "runtime/cell_service.hpp"
+#include "support/recorder.hpp"
 
 #include <vector>
 
@@ -21,11 +22,7 @@ struct Answer {
 
   template <typename T>
   std::vector<T> all() const {
-    std::vector<T> found;
-    for (const auto& stage : stages) {
-      if (const auto* payload = std::get_if<T>(&stage)) found.push_back(*payload);
-    }
-    return found;
+    return allOf<T>(stages);
   }
 };
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/motion/ikbirrt.hpp"
 
-#include "core/motion/random.hpp"
 #include "problems.hpp"
+
+#include <handover/common/random.hpp>
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Straight lines and their timing on a real arm's kinematics, from pose to timed curve.
-#include "core/motion/random.hpp"
 #include "core/motion/straight.hpp"
 #include "core/motion/timing.hpp"
 #include "support/arm_models.hpp"
+
+#include <handover/common/random.hpp>
 
 #include <gtest/gtest.h>
 
