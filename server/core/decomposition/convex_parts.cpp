@@ -7,8 +7,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
+#include <queue>
+#include <tuple>
 
 namespace handover {
 namespace decomposition {
@@ -215,14 +218,15 @@ class Joiner {
   std::vector<Hull> join() {
     for (std::size_t i = 0; i < hulls_.size(); ++i) propose(i);
     while (!pairs_.empty()) {
-      const auto best =
-          std::min_element(pairs_.begin(), pairs_.end(),
-                           [](const auto& a, const auto& b) { return a.added < b.added; });
-      const std::size_t a = best->a, b = best->b;
-      hulls_.push_back(std::move(best->hull));
-      gone_[a] = gone_[b] = true;
+      const Pair best = pairs_.top();
+      pairs_.pop();
+      if (gone_[best.a] || gone_[best.b]) continue;
+      // Most pairs never come so far: only here is it worth a look at the grid.
+      Hull joined = joinedOf(hulls_[best.a], hulls_[best.b]);
+      if (!grid_.holds(joined)) continue;
+      hulls_.push_back(std::move(joined));
+      gone_[best.a] = gone_[best.b] = true;
       gone_.push_back(false);
-      std::erase_if(pairs_, [&](const Pair& pair) { return gone_[pair.a] || gone_[pair.b]; });
       propose(hulls_.size() - 1);
     }
     std::vector<Hull> left;
@@ -234,10 +238,19 @@ class Joiner {
 
  private:
   struct Pair {
-    std::size_t a, b;
     double added;  ///< volume that neither has
-    Hull hull;
+    std::size_t b, a;
+
+    bool operator>(const Pair& other) const {
+      return std::tie(added, b, a) > std::tie(other.added, other.b, other.a);
+    }
   };
+
+  static Hull joinedOf(const Hull& a, const Hull& b) {
+    std::vector<Vector3d> points = a.mesh.vertices;
+    points.insert(points.end(), b.mesh.vertices.begin(), b.mesh.vertices.end());
+    return hullOf(std::move(points));
+  }
 
   /// All pairs of the newest hull with those before it.
   void propose(std::size_t newest) {
@@ -248,18 +261,13 @@ class Joiner {
     for (std::size_t i = 0; i < newest; ++i) {
       const Hull& a = hulls_[i];
       if (gone_[i] || !box.intersects(boxOf(a.mesh.vertices))) continue;
-      std::vector<Vector3d> points = a.mesh.vertices;
-      points.insert(points.end(), b.mesh.vertices.begin(), b.mesh.vertices.end());
-      Hull joined = hullOf(std::move(points));
-      if (!grid_.holds(joined)) continue;
-      const double added = joined.volume - a.volume - b.volume;
-      pairs_.push_back({i, newest, added, std::move(joined)});
+      pairs_.push({joinedOf(a, b).volume - a.volume - b.volume, newest, i});
     }
   }
 
   std::vector<Hull> hulls_;
   std::vector<bool> gone_;
-  std::vector<Pair> pairs_;
+  std::priority_queue<Pair, std::vector<Pair>, std::greater<Pair>> pairs_;
   const ReachGrid& grid_;
 };
 
