@@ -350,6 +350,10 @@ bool ExchangePlanner::giverReaches(const Pose& X_WH, const PrunedGrasps& picks) 
   });
 }
 
+bool ExchangePlanner::receiverReaches(const Pose& X_WH, const FeasibleGrasp& place) const {
+  return receiver_.reaches(X_WH * graspOf(receiver_, place).X_OT);
+}
+
 PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp& receive,
                                            const PrunedGrasps& picks) {
   CellState state = start_;

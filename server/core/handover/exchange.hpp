@@ -69,6 +69,8 @@ class ExchangePlanner {
   /// Whether the giver's arm has any configuration at all with O at X_WH, by a grasp it can pick
   /// with: asked first, as most poses fail here and it costs the least.
   bool giverReaches(const Pose& X_WH, const PrunedGrasps& picks) const;
+  /// Whether the receiver's arm has any with its grasp there.
+  bool receiverReaches(const Pose& X_WH, const FeasibleGrasp& place) const;
   /// Alg. 2: the giver's grasps (of those it can pick with) with O at X_WH and the receiver's hand
   /// in place.
   PrunedGrasps pruneGiverAt(const Pose& X_WH, const FeasibleGrasp& receive,

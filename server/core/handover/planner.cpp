@@ -20,13 +20,16 @@ namespace {
 constexpr double kNeighbourhood = 0.20;  // [paper] §IV-B: lattice points near the midpoint [m]
 constexpr std::size_t kWidePoints = 24;  // lattice points that `wide` adds first, by score
 constexpr int kWideTurns = 8;            // rotations about z_shoulder that `wide` adds
+constexpr double kWideTilt = 25 * M_PI / 180;  // of the approach axis, which `wide` adds last
+constexpr int kWideAzimuths = 3;               // in so many directions
 // Handover poses that `wide` asks for at most. Most fall to the cheap test for a straight way
 // there; mode all, which counts as the paper does, has no such test.
 constexpr std::uint32_t kWidePoses = 8'000;
 constexpr std::uint32_t kWidePosesCounted = 1'500;
-constexpr std::size_t kTuplesPerPose = 3;       // tuples of one pose whose motions are tried
-constexpr std::uint32_t kConnectAttempts = 60;  // tuples of a request whose motions are tried
-constexpr std::uint32_t kHandsAttempts = 600;   // tuples whose hands did not go together
+constexpr std::uint32_t kTiltedPoses = 150'000;  // most fall to a look at each arm's reach
+constexpr std::size_t kTuplesPerPose = 3;        // tuples of one pose whose motions are tried
+constexpr std::uint32_t kConnectAttempts = 60;   // tuples of a request whose motions are tried
+constexpr std::uint32_t kHandsAttempts = 600;    // tuples whose hands did not go together
 
 /// Something ended the search before its answer: an outcome by itself.
 struct Ended {
@@ -55,6 +58,25 @@ std::vector<LatticeCell> latticeOf(const std::vector<LatticePoint>& points) {
     cells[i] = {{p_W.x(), p_W.y(), p_W.z()}, points[i].manipulability};
   }
   return cells;
+}
+
+/// How far the search goes from the paper's handover poses.
+enum class Widening { kNone, kTurned, kTilted };
+
+std::vector<Departure> departures(Widening widening) {
+  if (widening == Widening::kNone) return {{}};
+  std::vector<Departure> all;
+  for (int turn = 0; turn < kWideTurns; ++turn) {
+    const double turned = 2 * M_PI * turn / kWideTurns;
+    if (widening == Widening::kTurned) {
+      all.push_back({turned, 0, 0});
+      continue;
+    }
+    for (int azimuth = 0; azimuth < kWideAzimuths; ++azimuth) {
+      all.push_back({turned, kWideTilt, 2 * M_PI * azimuth / kWideAzimuths});
+    }
+  }
+  return all;
 }
 
 bool noneKept(const std::map<int, PrunedGrasps>& by_arm) {
@@ -103,9 +125,9 @@ class HandoverSearch {
   bool wide() const { return problem_.search == SearchWidth::kWide; }
 
   static double handsApart(const Pairing& pairing);
-  bool tryPoses(Pairing& pairing, bool widened);
-  bool tryPose(Pairing& pairing, const FeasibleGrasp& place, const LatticePoint& point, double turn,
-               HandoverCandidates& counts, RejectTally& rejects);
+  bool tryPoses(Pairing& pairing, Widening widening);
+  bool tryPose(Pairing& pairing, const FeasibleGrasp& place, const LatticePoint& point,
+               const Departure& departure, HandoverCandidates& counts, RejectTally& rejects);
   bool tryTuples(Pairing& pairing, std::vector<HandoverTuple> tuples, std::size_t most);
   void keepSolution(const Pairing& pairing, const Exchange& exchange,
                     std::vector<StageTrajectory> trajectories);
@@ -299,18 +321,24 @@ bool HandoverSearch::tryTuples(Pairing& pairing, std::vector<HandoverTuple> tupl
 }
 
 bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
-                             const LatticePoint& point, double turn, HandoverCandidates& counts,
-                             RejectTally& rejects) {
+                             const LatticePoint& point, const Departure& departure,
+                             HandoverCandidates& counts, RejectTally& rejects) {
   const Role& receiver = *pairing.receiver;
   const Grasp& grasp = receiver.grasps->grasps[static_cast<std::size_t>(place.grasp)];
   const Pose X_WT_goal = problem_.task.X_WO_goal * grasp.X_OT;
   Pose X_WT = Pose::Identity();
-  X_WT.linear() = handoverRotation(X_WT_goal.linear(), receiver.arm_model->approach_axis,
-                                   pairing.giver->map.p_WShoulder, receiver.map.p_WShoulder, turn);
+  X_WT.linear() =
+      handoverRotation(X_WT_goal.linear(), receiver.arm_model->approach_axis,
+                       pairing.giver->map.p_WShoulder, receiver.map.p_WShoulder, departure);
   X_WT.translation() = point.p_W;
   const Pose X_WH = X_WT * grasp.X_OT.inverse();
   ++counts.poses_tried;
 
+  // Seldom so where the approach is tilted, and cheaper to find out.
+  if (departure.tilt != 0 && !pairing.exchange->receiverReaches(X_WH, place)) {
+    rejects.add("no_ik");
+    return false;
+  }
   if (!pairing.exchange->giverReaches(X_WH, given_.at(pairing.giver_arm))) {
     rejects.add("no_ik");
     return false;
@@ -359,7 +387,8 @@ double HandoverSearch::handsApart(const Pairing& pairing) {
 }
 
 /// Goes through handover poses, best placing first; true when a plan was emitted.
-bool HandoverSearch::tryPoses(Pairing& pairing, bool widened) {
+bool HandoverSearch::tryPoses(Pairing& pairing, Widening widening) {
+  const bool widened = widening != Widening::kNone;
   HandoverCandidates counts;
   RejectTally rejects;
   counts.giver_arm = pairing.giver->armName();
@@ -378,29 +407,35 @@ bool HandoverSearch::tryPoses(Pairing& pairing, bool widened) {
   }
   if (points.empty()) return false;
   const std::size_t best_points = std::min(points.size(), kWidePoints);
-  const int turns = widened ? kWideTurns : 1;
   bool solved = false;
   const auto tryPoints = [&](std::size_t first, std::size_t end, std::uint32_t most_poses) {
     // Another place more often helps than another turn at the same one: an arm that cannot fold so
     // far there cannot in any turn.
-    for (int turn = 0; turn < turns && !solved; ++turn) {
+    for (const Departure& departure : departures(widening)) {
       for (std::size_t point = first; point < end && !solved; ++point) {
         // The paper's, tried already.
-        if (widened && point == 0 && turn == 0 && !pairing.points.empty()) continue;
+        if (widened && point == 0 && departure.turn == 0 && departure.tilt == 0 &&
+            !pairing.points.empty()) {
+          continue;
+        }
         for (const FeasibleGrasp* place : pairing.place_order) {
           checkDeadline();
           const bool enough = counts.poses_tried >= most_poses;
           cut_ = cut_ || enough;
           if (enough || spent()) break;
-          solved = tryPose(pairing, *place, points[point], 2 * M_PI * turn / kWideTurns, counts,
-                           rejects);
+          solved = tryPose(pairing, *place, points[point], departure, counts, rejects);
           if (solved) break;
         }
       }
+      if (solved) break;
     }
   };
-  tryPoints(0, best_points, problem_.mode == SearchMode::kAll ? kWidePosesCounted : kWidePoses);
-  tryPoints(best_points, points.size(), kWidePosesCounted);
+  if (widening == Widening::kTilted) {
+    tryPoints(0, points.size(), kTiltedPoses);
+  } else {
+    tryPoints(0, best_points, problem_.mode == SearchMode::kAll ? kWidePosesCounted : kWidePoses);
+    tryPoints(best_points, points.size(), kWidePosesCounted);
+  }
   poses_asked_ += counts.poses_tried;
   counts.rejects = rejects.counts();
   handover_rejects_.add(rejects);
@@ -478,11 +513,13 @@ Outcome HandoverSearch::search() {
   std::vector<bool> usable(pairings.size());
   for (std::size_t i = 0; i < pairings.size(); ++i) {
     usable[i] = open(pairings[i]);
-    if (usable[i] && tryPoses(pairings[i], false)) return Done{0, true};
+    if (usable[i] && tryPoses(pairings[i], Widening::kNone)) return Done{0, true};
   }
   if (wide()) {
-    for (std::size_t i = 0; i < pairings.size(); ++i) {
-      if (usable[i] && tryPoses(pairings[i], true)) return Done{0, true};
+    for (const Widening widening : {Widening::kTurned, Widening::kTilted}) {
+      for (std::size_t i = 0; i < pairings.size(); ++i) {
+        if (usable[i] && tryPoses(pairings[i], widening)) return Done{0, true};
+      }
     }
   }
   return explain();

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <random>
+#include <vector>
 
 namespace handover {
 namespace {
@@ -52,9 +53,34 @@ TEST(HandoverRotation, IsTheLeastOneThatDoes) {
     const double least =
         rotationAngle(handoverRotation(R_goal, approach, giver, receiver) * R_goal.transpose());
     for (int k = 1; k < 12; ++k) {  // any other one differs by a turn about z_shoulder
-      const Matrix3d R = handoverRotation(R_goal, approach, giver, receiver, k * M_PI / 6);
+      const Matrix3d R =
+          handoverRotation(R_goal, approach, giver, receiver, {.turn = k * M_PI / 6});
       EXPECT_TRUE((R * approach).isApprox((giver - receiver).normalized(), 1e-9));
       EXPECT_GE(rotationAngle(R * R_goal.transpose()), least - 1e-9);
+    }
+  }
+}
+
+TEST(HandoverRotation, TiltsTheApproachAxisByTheAngleGiven) {
+  Random random;
+  for (int i = 0; i < 200; ++i) {
+    const Matrix3d R_goal = random.rotation();
+    const Vector3d approach = random.direction(), giver = random.direction(),
+                   receiver = 2 * random.direction();
+    const Vector3d z_shoulder = (giver - receiver).normalized();
+    const Matrix3d R_turned =
+        handoverRotation(R_goal, approach, giver, receiver, {.turn = 0.1 * i});
+    std::vector<Vector3d> tilted;
+    for (int k = 0; k < 6; ++k) {
+      const Departure departure{.turn = 0.1 * i, .tilt = 0.4, .azimuth = k * M_PI / 3};
+      const Matrix3d R = handoverRotation(R_goal, approach, giver, receiver, departure);
+      EXPECT_NEAR(std::acos((R * approach).dot(z_shoulder)), 0.4, 1e-9);
+      EXPECT_NEAR(rotationAngle(R * R_turned.transpose()), 0.4, 1e-9);
+      tilted.push_back(R * approach);
+    }
+    for (int k = 0; k < 6; ++k) {  // evenly all round
+      const Vector3d& next = tilted[static_cast<std::size_t>((k + 1) % 6)];
+      EXPECT_NEAR((tilted[static_cast<std::size_t>(k)] - next).norm(), std::sin(0.4), 1e-9);
     }
   }
 }
