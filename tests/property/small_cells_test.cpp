@@ -3,6 +3,7 @@
 // an end soon after a cancel.
 #include "core/handover/cell_state.hpp"
 #include "random_cell.hpp"
+#include "support/plan_text.hpp"
 #include "support/property.hpp"
 #include "support/recorder.hpp"
 #include "support/verified.hpp"

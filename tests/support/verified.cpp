@@ -18,11 +18,6 @@ std::string planText(const std::vector<StagePayload>& stages, const Outcome& out
   return file.text();
 }
 
-std::string planMember(const std::string& text) {
-  const auto begin = text.find("\"plan\":"), end = text.find("\"complete\":");
-  return begin < end && end != std::string::npos ? text.substr(begin, end - begin) : "";
-}
-
 testing::AssertionResult verifiedFile(const std::filesystem::path& file,
                                       const std::filesystem::path& root) {
   try {

@@ -17,9 +17,6 @@ namespace handover::test {
 /// @throws std::logic_error unless the outcome is a whole plan.
 std::string planText(const std::vector<StagePayload>& stages, const Outcome& outcome);
 
-/// The text of its member "plan": what has to be the same each time.
-std::string planMember(const std::string& text);
-
 /// Success when the outcome is a plan that the verifier finds valid. `root`: what the scene's paths
 /// are relative to.
 testing::AssertionResult verified(const std::vector<StagePayload>& stages, const Outcome& outcome,

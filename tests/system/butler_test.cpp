@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The butler over the wire, by the real programs: planned, verified, the same every time.
+#include "plan_text.hpp"
 #include "served_cells.hpp"
 
 #include <gmock/gmock.h>
@@ -42,11 +43,7 @@ class Butler : public ServedCells {
   }
 
   /// The text of the file's `plan` member, as it stands in the file.
-  std::string planText(const std::string& name) const {
-    const std::string text = textOf(file(name));
-    const auto begin = text.find("\"plan\":"), end = text.find("\"complete\":");
-    return begin < end && end != std::string::npos ? text.substr(begin, end - begin) : "";
-  }
+  std::string planText(const std::string& name) const { return planMember(textOf(file(name))); }
 };
 
 TEST_F(Butler, PlanIsCompleteAndVerified) {

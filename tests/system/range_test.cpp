@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scenes over their ranges, by the real programs: what is drawn is planned, and every plan
 // verified.
+#include "plan_text.hpp"
 #include "process.hpp"
 #include "temporary_folder.hpp"
 
@@ -20,15 +21,20 @@ class Range : public testing::Test {
  protected:
   /// The experiment's file; its exit status is 0, so no plan has violations.
   nlohmann::json experiment(const std::string& cell, int runs, const std::string& more = "") {
-    Process daemon(words(kBin + "handoverd serve --root " HANDOVER_SOURCE_DIR " --cell " + cell +
-                         " --domain " + std::to_string(domain_)),
-                   {"XDG_CACHE_HOME=" HANDOVER_BINARY_DIR "/test-cache"});
+    return unverified(cell, runs, "--verify " + more);
+  }
+
+  nlohmann::json unverified(const std::string& cell, int runs, const std::string& more,
+                            int threads = 1) {
+    Process daemon(
+        words(kBin + "handoverd serve --root " HANDOVER_SOURCE_DIR " --cell " + cell +
+              " --threads " + std::to_string(threads) + " --domain " + std::to_string(domain_)),
+        {"XDG_CACHE_HOME=" HANDOVER_BINARY_DIR "/test-cache"});
     const std::string file = (folder_ / "e.json").string();
-    const Finished result =
-        run(words(kBin + "handoverctl experiment " + cell + " --wait 60 --verify --runs " +
-                  std::to_string(runs) + " --output " + file + " " + more + " --domain " +
-                  std::to_string(domain_)),
-            {}, std::chrono::seconds(120 + 60 * runs));
+    const Finished result = run(words(kBin + "handoverctl experiment " + cell +
+                                      " --wait 60 --runs " + std::to_string(runs) + " --output " +
+                                      file + " " + more + " --domain " + std::to_string(domain_)),
+                                {}, std::chrono::seconds(120 + 60 * runs));
     EXPECT_EQ(result.status, 0) << result.out << result.err;
     daemon.signal(SIGTERM);
     EXPECT_EQ(daemon.wait(), 0);
@@ -98,6 +104,25 @@ TEST_F(Range, ButlerLeftIsPlannedOrSaysWhyNot) {
   }
   EXPECT_GT(solved, 0);
 }
+
+class EveryCell : public Range, public testing::WithParamInterface<const char*> {};
+
+TEST_P(EveryCell, PlansAreTheSameToTheByteForAnyThreads) {
+  const auto plans = [&](const char* name) { return (folder_ / name).string(); };
+  const auto one = unverified(GetParam(), 4, "--plans " + plans("one"));
+  const auto four = unverified(GetParam(), 4, "--jobs 4 --plans " + plans("four"), 4);
+  for (int i = 0; i < 4; ++i) {
+    ASSERT_EQ(one["records"][i]["outcome"], "done");
+    const std::string name = "00" + std::to_string(i) + ".json";
+    const std::string text = planMember(textOf(folder_ / "one" / name));
+    EXPECT_GT(text.size(), 1000u);
+    EXPECT_EQ(text, planMember(textOf(folder_ / "four" / name))) << name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Shipped, EveryCell,
+                         testing::Values("butler", "butler_left", "stool", "kneeling"),
+                         [](const auto& cell) { return std::string(cell.param); });
 
 TEST_F(Range, ARunCanBeRepeatedFromItsRecord) {
   const auto file = experiment("butler", 2, "--seed 3 --plans " + (folder_ / "plans").string());

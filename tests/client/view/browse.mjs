@@ -14,6 +14,7 @@ await withPage(page_file, async (page, messages, requests) => {
     seen.link_at_start = await linkAt();
     // Scrubbing as a person does it: a click on the time line.
     const bars = page.locator('#timeline rect');
+    await bars.first().waitFor();  // drawn once the page has its size
     seen.bars = await bars.count();
     const box = await page.locator('#timeline').boundingBox();
     await page.mouse.click(box.x + 74 + 0.5 * (box.width - 74), box.y + 10);
