@@ -121,8 +121,7 @@ std::vector<Vector3d> MeshPiece::points(const ReachGrid& grid) const {
 bool MeshPiece::insideSolid(const Vector3d& corner, const ReachGrid& grid) const {
   const std::vector<Witness> witnesses = witnessesOf(corner, box_, grid);
   if (witnesses.empty()) return false;
-  constexpr std::size_t kAll =
-      (2 * kWitnessCells + 1) * (2 * kWitnessCells + 1) * (2 * kWitnessCells + 1);
+  constexpr std::size_t kSide = 2 * kWitnessCells + 1, kAll = kSide * kSide * kSide;
   // All known and all the same: nothing of a closed surface is near.
   const bool same = std::all_of(witnesses.begin(), witnesses.end(), [&](const Witness& w) {
     return w.inside_solid == witnesses.front().inside_solid;

@@ -36,8 +36,8 @@ void forEachPoint(const PlacedMap& giver, const PlacedMap& receiver, double radi
 bool PlacedMap::near(const Eigen::Vector3d& p_W) const {
   const Eigen::Vector3d p_A = X_WA.inverse() * p_W;
   for (int n = 0; n < 27; ++n) {
-    const Eigen::Vector3d step(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
-    if (map->find(p_A + map->voxelSize() * step) != nullptr) return true;
+    const Eigen::Vector3i step(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
+    if (map->find(p_A + map->voxelSize() * step.cast<double>()) != nullptr) return true;
   }
   return false;
 }
@@ -85,7 +85,7 @@ Eigen::Matrix3d handoverRotation(const Eigen::Matrix3d& R_WT_goal,
   } else if (cosine < 0) {
     R_least = Eigen::AngleAxisd(M_PI, R_WT_goal.col(0)).toRotationMatrix();
   }
-  const Eigen::Matrix3d R_turned =
+  Eigen::Matrix3d R_turned =
       Eigen::AngleAxisd(departure.turn, z_shoulder).toRotationMatrix() * R_least * R_WT_goal;
   if (departure.tilt == 0) return R_turned;
   const Eigen::Vector3d across =
