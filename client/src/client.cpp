@@ -371,13 +371,15 @@ PlanHandle Client::plan(PlanRequest request, OnStage on_stage) {
     impl_->end(handle.state_, Clock::now());
     throw ClientError(Code::kDds, "the request could not be written");
   }
+  const auto taken = [&state] { return state.next_sequence > 0 || state.ended; };
+  lock.lock();
   try {
-    lock.lock();
-    const bool taken = impl_->await(lock, Clock::now() + impl_->options.wait,
-                                    [&state] { return state.next_sequence > 0 || state.ended; });
-    if (!taken) throw ClientError(Code::kNoDaemon, "no daemon took the request");
+    if (!impl_->await(lock, Clock::now() + impl_->options.wait, taken)) {
+      throw ClientError(Code::kNoDaemon, "no daemon took the request");
+    }
   } catch (const ClientError&) {
-    if (lock.owns_lock()) lock.unlock();
+    if (taken()) return handle;  // who interrupts has something to cancel
+    lock.unlock();
     impl_->end(handle.state_, Clock::now());
     throw;
   }

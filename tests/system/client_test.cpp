@@ -50,6 +50,17 @@ TEST_F(ClientOfAnotherProcess, WaitsForNoHeartbeatHoweverOftenItAsks) {
   EXPECT_LT(seconds[seconds.size() / 2], 0.05);  // the heartbeat's period is 0.1; usual is 0.0003
 }
 
+TEST_F(ClientOfAnotherProcess, CanCancelWhatWasTakenThoughInterrupted) {
+  for (int i = 0; i < 8; ++i) {
+    Client client({.domain = domain_, .client_id = {}, .wait = 20s});
+    const auto handle =
+        client.plan(scripted("hold"), [&client](const PlanStage&) { client.interrupt(); });
+    handle.cancel();
+    ASSERT_TRUE(handle.waitFor(20s));
+    EXPECT_TRUE(std::holds_alternative<Cancelled>(handle.wait()));
+  }
+}
+
 TEST_F(ClientOfAnotherProcess, IsAnsweredAfterACancel) {
   const auto held = client_.plan(scripted("hold"));
   held.cancel();

@@ -96,7 +96,8 @@ class Client {
   /// until the client is gone. Once.
   void watch(OnStage on_stage);
 
-  /// Ends the waiting in plan() and daemons(), now and later, with kInterrupted.
+  /// Ends the waiting in plan() and daemons(), now and later, with kInterrupted; but a request that
+  /// a daemon has taken has its handle.
   void interrupt();
 
   struct Impl;
