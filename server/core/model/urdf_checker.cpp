@@ -301,7 +301,7 @@ class UrdfChecker {
       return "";
     }
     checkAttributes(*end, {"link"}, faults_);
-    const std::string link = requiredText(*end, "link", faults_);
+    std::string link = requiredText(*end, "link", faults_);
     if (!link.empty() && !link_index_.contains(link)) {
       faults_.add(*end, described(joint) + ": " + tag + " link '" + link + "' is not defined");
       return "";

@@ -36,7 +36,7 @@ urdf::ModelInterfaceSharedPtr parsed(const std::string& text) {
   static RefusalLog log;
   [[maybe_unused]] static const bool used = (console_bridge::useOutputHandler(&log), true);
   RefusalLog::firstError().clear();
-  const urdf::ModelInterfaceSharedPtr robot = urdf::parseURDF(text);
+  urdf::ModelInterfaceSharedPtr robot = urdf::parseURDF(text);
   if (robot == nullptr || !RefusalLog::firstError().empty()) {
     throw std::runtime_error(RefusalLog::firstError());
   }
