@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bundles src/NAME.{js,html,css} and src/frame.html into one page without outside references. usage: node build.mjs NAME OUTPUT.html
+// Bundles src/NAME.{js,html,css} and src/frame.html into one page without outside references.
+// usage: node build.mjs NAME OUTPUT.html
 // The page holds @DATA@ where its data go in; its policy allows this one script and style, and no network.
 import {createHash} from 'node:crypto';
 import {existsSync, readFileSync, writeFileSync} from 'node:fs';

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "support/sanitized.hpp"
+
 #include <chrono>
 #include <random>
 #include <string>
@@ -16,10 +18,6 @@ std::string damaged(std::string text, std::mt19937_64& generator);
 int fuzzRuns(int runs);
 
 /// What one damaged file may take at most: ample, and far from for ever.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr std::chrono::seconds kMostTime{200};
-#else
-inline constexpr std::chrono::seconds kMostTime{20};
-#endif
+inline constexpr std::chrono::seconds kMostTime{kSanitized ? 200 : 20};
 
 }  // namespace handover::test

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "process.hpp"
 
+#include "sanitized.hpp"
+
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <poll.h>
@@ -25,11 +27,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 // How much longer programs may take than the tests say.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr int kPatience = 20;
-#else
-constexpr int kPatience = 1;
-#endif
+constexpr int kPatience = kSanitized ? 20 : 1;
 
 std::array<int, 2> makePipe() {
   std::array<int, 2> ends{};
