@@ -143,7 +143,7 @@ TEST_P(RobotContacts, NoContactOnAMotionEscapesTheProof) {
           deepest = std::max(deepest, it.depth);
         }
       }
-      EXPECT_LE(deepest, -CollisionWorld::kLeastClearance + 1e-6) << wrist << " " << round;
+      EXPECT_LE(deepest, -kPlannedClearance.proven + 1e-6) << wrist << " " << round;
     }
   }
   EXPECT_GT(free, 20);

@@ -112,6 +112,7 @@ class PairList {
 
   template <typename Visit>
   void forEachMover(const Row& row, const Visit& visit) const {
+    if (row.movers == 0) return;
     const std::vector<BodyId>& movers = movers_[static_cast<std::size_t>(row.group)];
     for (std::uint64_t bits = row.movers; bits != 0; bits &= bits - 1) {
       visit(movers[static_cast<std::size_t>(std::countr_zero(bits))], bits & -bits);
@@ -131,30 +132,44 @@ struct MovingBody {
   BodyId body = -1;
   int group = -1;
   Pose X_GB = Pose::Identity();  ///< of the body in the group
-  Ball ball;                     ///< round the body, margin included; in the group
 };
 
-/// How far bodies may still travel from where they stand.
+/// How far apart shapes are to be on a motion [m], their margins taken off. No pair is looked at
+/// more often than its bodies travel twice the difference.
+struct Clearance {
+  double looked;  ///< wherever the motion is looked at: nearer is a contact; at most two margins
+  double proven;  ///< all along it; less
+};
+
+/// Of ways that are planned, and of the same ways once they are timed: what was proven of the first
+/// is enough for the second, whose corners are rounded.
+inline constexpr Clearance kPlannedClearance{0.002, 0.001}, kTimedClearance{0.001, 0.0005};
+static_assert(kTimedClearance.looked <= kPlannedClearance.proven);
+
+/// How far bodies may still travel from where they stand: those of groups that were just given
+/// bounds.
 class BodyTravel {
  public:
-  /// Of groups that were just given bounds.
   /// @param index  in `moving`, by body; -1: stands still
-  void reset(const MovingGroups& groups, const std::vector<MovingBody>& moving,
-             const std::vector<int>& index);
+  BodyTravel(const MovingGroups& groups, const std::vector<MovingBody>& moving,
+             const std::vector<int>& index)
+      : groups_(groups), moving_(moving), index_(index) {}
 
   /// In the world [m].
-  double of(BodyId body) const;
-  /// Towards each other [m].
-  double approach(BodyId a, BodyId b);
+  double of(BodyId body) const { return groups_.travel(groupOf(body)); }
+
+  /// Against each other.
+  PairMotion approach(BodyId a, BodyId b) const { return groups_.approach(groupOf(a), groupOf(b)); }
 
  private:
-  const double* seen(int moving);
+  int groupOf(BodyId body) const {
+    const int i = index_[static_cast<std::size_t>(body)];
+    return i < 0 ? -1 : moving_[static_cast<std::size_t>(i)].group;
+  }
 
-  const MovingGroups* groups_ = nullptr;
-  const std::vector<MovingBody>* moving_ = nullptr;
-  const std::vector<int>* index_ = nullptr;
-  std::vector<double> seen_;  ///< by moving body: MovingGroups::travels(), once asked for
-  std::vector<bool> known_;
+  const MovingGroups& groups_;
+  const std::vector<MovingBody>& moving_;
+  const std::vector<int>& index_;
 };
 
 /// One worker's collision world over a CollisionScene: body poses that can be set, Bullet's
@@ -175,7 +190,7 @@ class CollisionWorld {
   /// Sets the poses of all links of a robot (X_WL by link index, from linkPoses()), and of the
   /// objects that the scene attaches to one of them.
   void setRobot(int robot, const std::vector<Pose>& X_WL);
-  /// Rises with every pose that is set: tells whether somebody has moved anything since.
+  /// Rises with every pose that becomes another: tells whether somebody has moved anything since.
   std::uint64_t changes() const;
 
   /// Pairs of (a body in `moving`) with (any body), less `allowed`, less the standing pairs and
@@ -189,18 +204,13 @@ class CollisionWorld {
   /// The first touching pair of some rows of a list.
   std::optional<BodyPair> touchingPair(const PairList& pairs,
                                        const std::vector<PairList::Row>& rows);
-  /// The same while the bodies travel: false when a pair of `rows` touches as they stand (it goes
-  /// to `hit`). Of the others, those that are not proven to stay apart by kLeastClearance go to
-  /// `undecided`. Pairs that can come no nearer than that are never undecided.
+  /// The same while the bodies travel: false when a pair of `rows` is nearer than
+  /// `clearance.looked` as they stand (it goes to `hit`). Of the others, those that are not proven
+  /// to stay apart by `clearance.proven` go to `undecided`.
   /// @param rows  of `pairs`, or what an earlier call left undecided.
   bool staysFree(const PairList& pairs, const PairList::Row* rows, std::size_t count,
-                 BodyTravel& travel, std::vector<PairList::Row>& undecided,
-                 BodyContact* hit = nullptr);
-
-  /// [m] that shapes keep apart all along a motion, their margins taken off. Where a motion is
-  /// looked at they are at least two margins apart, so that no pair is looked at more often than
-  /// its bodies travel twice the difference.
-  static constexpr double kLeastClearance = 0.0005;
+                 const BodyTravel& travel, const Clearance& clearance,
+                 std::vector<PairList::Row>& undecided, BodyContact* hit = nullptr);
 
   /// Every touching pair of the list, with depth.
   std::vector<BodyContact> contacts(const PairList& pairs);

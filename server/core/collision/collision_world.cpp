@@ -175,40 +175,16 @@ PairList::PairList(std::vector<std::pair<BodyId, BodyId>> pairs) : pairs_(std::m
   }
 }
 
-void BodyTravel::reset(const MovingGroups& groups, const std::vector<MovingBody>& moving,
-                       const std::vector<int>& index) {
-  groups_ = &groups;
-  moving_ = &moving;
-  index_ = &index;
-  seen_.resize(moving.size() * static_cast<std::size_t>(groups.levels()));
-  known_.assign(moving.size(), false);
-}
-
-double BodyTravel::of(BodyId body) const {
-  const int i = (*index_)[static_cast<std::size_t>(body)];
-  return i < 0 ? 0.0 : groups_->travel((*moving_)[static_cast<std::size_t>(i)].group);
-}
-
-const double* BodyTravel::seen(int moving) {
-  const auto i = static_cast<std::size_t>(moving);
-  double* seen = seen_.data() + i * static_cast<std::size_t>(groups_->levels());
-  if (!known_[i]) groups_->travels((*moving_)[i].group, (*moving_)[i].ball, seen);
-  known_[i] = true;
-  return seen;
-}
-
-double BodyTravel::approach(BodyId a, BodyId b) {
-  const int i = (*index_)[static_cast<std::size_t>(a)], j = (*index_)[static_cast<std::size_t>(b)];
-  const int group_a = i < 0 ? -1 : (*moving_)[static_cast<std::size_t>(i)].group;
-  const int group_b = j < 0 ? -1 : (*moving_)[static_cast<std::size_t>(j)].group;
-  return groups_->approach(group_a, group_a < 0 ? nullptr : seen(i), group_b,
-                           group_b < 0 ? nullptr : seen(j));
-}
-
 struct CollisionWorld::Data {
+  static Pose nowhere() {
+    Pose X;
+    X.matrix().setConstant(std::numeric_limits<double>::quiet_NaN());
+    return X;
+  }
+
   explicit Data(std::shared_ptr<const CollisionScene> of)
       : scene(std::move(of)),
-        poses(scene->data().names.size(), Pose::Identity()),
+        poses(scene->data().names.size(), nowhere()),
         body_boxes(scene->data().names.size()),
         shape_boxes(scene->data().shapes.size()) {}
 
@@ -239,37 +215,41 @@ struct CollisionWorld::Data {
     return poses[static_cast<std::size_t>(body)] * shape(index).X_BS;
   }
 
-  bool bodiesTouch(BodyId a, BodyId b) const;
-  /// Of bodies that may come nearer to each other by `travel`.
-  Nearness bodiesNearness(BodyId a, BodyId b, double travel) const;
+  /// Nearer than `gap`, two margins at most.
+  bool bodiesTouch(BodyId a, BodyId b, double gap = 2 * kCollisionMargin) const;
+  Nearness bodiesNearness(BodyId a, BodyId b, const PairMotion& motion,
+                          const Clearance& clearance) const;
   std::optional<BodyDistance> bodyDistance(BodyId a, BodyId b, double max_distance) const;
   BodyContact contact(BodyId a, BodyId b) const;
 };
 
-bool CollisionWorld::Data::bodiesTouch(BodyId a, BodyId b) const {
+bool CollisionWorld::Data::bodiesTouch(BodyId a, BodyId b, double gap) const {
   for (int i = firstShape(a); i < firstShape(a + 1); ++i) {
     for (int j = firstShape(b); j < firstShape(b + 1); ++j) {
       if (!overlap(shapeBox(i), shapeBox(j))) continue;
-      if (touching(shape(i).narrow, shapePose(a, i), shape(j).narrow, shapePose(b, j))) return true;
+      if (touching(shape(i).narrow, shapePose(a, i), shape(j).narrow, shapePose(b, j), gap)) {
+        return true;
+      }
     }
   }
   return false;
 }
 
-Nearness CollisionWorld::Data::bodiesNearness(BodyId a, BodyId b, double travel) const {
-  const double enough = std::max(2 * kCollisionMargin, travel + CollisionWorld::kLeastClearance);
+Nearness CollisionWorld::Data::bodiesNearness(BodyId a, BodyId b, const PairMotion& motion,
+                                              const Clearance& clearance) const {
   Nearness nearest = Nearness::kApart;
   for (int i = firstShape(a); i < firstShape(a + 1); ++i) {
     for (int j = firstShape(b); j < firstShape(b + 1); ++j) {
       const double squared_gap = squaredGap(shapeBox(i), shapeBox(j));
-      if (squared_gap > travel * travel) continue;
+      if (squared_gap > motion.most * motion.most) continue;
       // Apart as they stand; so near, measured by the travel, that a proof is out of the question.
-      if (squared_gap > 0 && squaredMiddles(shapeBox(i), shapeBox(j)) <= travel * travel) {
+      if (squared_gap > 0 &&
+          squaredMiddles(shapeBox(i), shapeBox(j)) <= motion.beyond * motion.beyond) {
         nearest = Nearness::kNear;
         continue;
       }
-      const Nearness found =
-          nearness(shape(i).narrow, shapePose(a, i), shape(j).narrow, shapePose(b, j), enough);
+      const Nearness found = nearness(shape(i).narrow, shapePose(a, i), shape(j).narrow,
+                                      shapePose(b, j), motion, clearance.looked, clearance.proven);
       if (found == Nearness::kTouching) return found;
       if (found == Nearness::kNear) nearest = found;
     }
@@ -324,6 +304,7 @@ void CollisionWorld::reset() {
 }
 
 void CollisionWorld::setPose(BodyId body, const Pose& X_WBody) {
+  if (data_->poses[static_cast<std::size_t>(body)].matrix() == X_WBody.matrix()) return;
   if (!X_WBody.matrix().allFinite()) {
     throw std::invalid_argument("pose of " + data_->scene->name(body) + " is not finite");
   }
@@ -415,10 +396,10 @@ std::optional<BodyPair> CollisionWorld::touchingPair(const PairList& pairs,
 }
 
 bool CollisionWorld::staysFree(const PairList& pairs, const PairList::Row* rows, std::size_t count,
-                               BodyTravel& travel, std::vector<PairList::Row>& undecided,
-                               BodyContact* hit) {
+                               const BodyTravel& travel, const Clearance& clearance,
+                               std::vector<PairList::Row>& undecided, BodyContact* hit) {
   // The boxes hold both margins, which make up for the clearance: apart by the travel is enough.
-  static_assert(kLeastClearance <= 2 * kCollisionMargin);
+  static_assert(kPlannedClearance.looked <= 2 * kCollisionMargin);
   FloatBox whole;
   bool far = false;
   for (std::size_t r = 0; r < count; ++r) {
@@ -459,8 +440,10 @@ bool CollisionWorld::staysFree(const PairList& pairs, const PairList::Row* rows,
       const std::uint64_t bit = near & -near;
       const BodyId mover = movers[static_cast<std::size_t>(std::countr_zero(near))];
       const Nearness found =
-          far ? (data_->bodiesTouch(mover, row.other) ? Nearness::kTouching : Nearness::kNear)
-              : data_->bodiesNearness(mover, row.other, travel.approach(mover, row.other));
+          far ? (data_->bodiesTouch(mover, row.other, clearance.looked) ? Nearness::kTouching
+                                                                        : Nearness::kNear)
+              : data_->bodiesNearness(mover, row.other, travel.approach(mover, row.other),
+                                      clearance);
       if (found == Nearness::kTouching) {
         if (hit) *hit = data_->contact(mover, row.other);
         return false;

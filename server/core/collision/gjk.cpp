@@ -5,6 +5,7 @@
 #include <emmintrin.h>
 #endif
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -15,6 +16,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kTolerance = 1e-8;  // [m]
+constexpr double kAgreeing = 0.9;    // of a sweep's distance: a better plane tells hardly more
 constexpr int kIterations = 100;     // curved cores take the most; hulls below 20
 
 // Two vertices at a time, without branches that nothing can foresee.
@@ -58,7 +60,7 @@ struct SupportOf {
   }
 
   Vector3d operator()(const CylinderCore& cylinder) const {
-    const double across = std::hypot(d.x(), d.y());
+    const double across = std::sqrt(d.x() * d.x() + d.y() * d.y());
     const double scale = across > 0 ? cylinder.radius / across : 0;
     return {d.x() * scale, d.y() * scale, std::copysign(cylinder.half_length, d.z())};
   }
@@ -189,6 +191,29 @@ void setPoints(const Simplex& s, GjkResult& result) {
   }
 }
 
+// The least of n.p over the core's points p and those of balls about them, as the core goes by
+// x * twist, to first order: a plane's turned the other way round.
+double leastAlong(const ConvexCore& core, const Eigen::Isometry3d& X_W, double radius,
+                  const Twist& twist, double x, const Vector3d& n) {
+  const Vector3d d = n + x * n.cross(twist.w);
+  const double least = d.dot(X_W * supportPoint(core, X_W.linear().transpose() * -d));
+  return least + x * n.dot(twist.v) - (radius > 0 ? radius * d.norm() : 0);
+}
+
+// Whether the plane across `towards_a` leaves enough at both ends of the motion. In between it
+// leaves more: what is least along a direction is concave in x.
+bool leavesEnough(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCore& b,
+                  const Eigen::Isometry3d& X_WB, const Vector3d& towards_a, const GjkSweep& sweep) {
+  const Vector3d n = towards_a.normalized();
+  const double enough = sweep.clearance + sweep.motion.beyond;
+  for (const double x : {-1.0, 1.0}) {
+    const double gap = leastAlong(a, X_WA, sweep.radius_a, sweep.motion.a, x, n) +
+                       leastAlong(b, X_WB, sweep.radius_b, sweep.motion.b, x, -n);
+    if (!(gap > enough)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 Vector3d supportPoint(const ConvexCore& core, const Vector3d& direction) {
@@ -196,7 +221,7 @@ Vector3d supportPoint(const ConvexCore& core, const Vector3d& direction) {
 }
 
 GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCore& b,
-              const Eigen::Isometry3d& X_WB, double enough, double near, double between) {
+              const Eigen::Isometry3d& X_WB, double enough, double near, const GjkSweep* sweep) {
   const auto support = [&](const Vector3d& d) {
     Vertex vertex;
     vertex.p_Wa = X_WA * supportPoint(a, X_WA.linear().transpose() * d);
@@ -216,6 +241,15 @@ GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCo
   // The line of the middles often tells already.
   result.at_least = std::max(0.0, start.dot(v) / start.norm());
   if (result.at_least > enough) return result;
+  const double swept =
+      !sweep ? 0 : sweep->radius_a + sweep->radius_b + sweep->clearance + sweep->motion.beyond;
+  const auto staysApart = [&](const Vector3d& towards_a) {
+    return leavesEnough(a, X_WA, b, X_WB, towards_a, *sweep);
+  };
+  if (sweep && result.at_least > std::max(near, swept) && staysApart(start)) {
+    result.swept_free = true;
+    return result;
+  }
   for (int i = 0; i < kIterations; ++i) {
     result.at_most = v.norm();
     if (result.at_most < kTolerance) {
@@ -223,10 +257,21 @@ GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCo
       break;
     }
     result.towards_a_W = v;
-    if (result.at_most <= near || (result.at_least > near && result.at_most <= between)) break;
+    if (result.at_most <= near) break;
+    if (sweep && result.at_least > near &&
+        (result.at_most <= swept || result.at_least > kAgreeing * result.at_most)) {
+      break;
+    }
     const Vertex added = support(-v);
-    result.at_least = std::max(result.at_least, v.dot(added.w) / result.at_most);
-    if (result.at_least > enough || result.at_most - result.at_least < kTolerance) break;
+    const double least = v.dot(added.w) / result.at_most;
+    if (sweep && least > std::max({near, swept, result.at_least}) && staysApart(v)) {
+      result.swept_free = true;
+    }
+    result.at_least = std::max(result.at_least, least);
+    if (result.swept_free || result.at_least > enough ||
+        result.at_most - result.at_least < kTolerance) {
+      break;
+    }
     Simplex next = simplex;
     next.vertices[static_cast<std::size_t>(next.size++)] = added;
     std::array<double, 4> inside{};

@@ -4,6 +4,8 @@
 // centimetres in a few of a thousand random pairs of hulls.
 #pragma once
 
+#include "core/collision/pair_motion.hpp"
+
 #include <Eigen/Geometry>
 
 #include <variant>
@@ -37,14 +39,25 @@ struct GjkResult {
   /// p_Wa and p_Wb are this far apart [m]; 0 when the cores overlap.
   double at_most = 0;
   bool overlap = false;
+  bool swept_free = false;  ///< proven of the sweep that was asked for
   Eigen::Vector3d p_Wa = Eigen::Vector3d::Zero(), p_Wb = Eigen::Vector3d::Zero();
   /// From b towards a, not a unit vector: the last line looked along.
   Eigen::Vector3d towards_a_W = Eigen::Vector3d::Zero();
 };
 
-/// Stops as soon as at_least > enough, at_most <= near, at_least > near and at_most <= between, or
-/// the two agree to 1e-8 m.
+/// What a plane between two moving cores is to leave.
+struct GjkSweep {
+  const PairMotion& motion;
+  double radius_a, radius_b;  ///< balls of these about every point of the cores [m]
+  double clearance;           ///< to be left between them all along the motion [m]
+};
+
+/// Stops as soon as at_least > enough, at_most <= near, or the two agree to 1e-8 m. With a sweep
+/// also where at_least > near and: a plane stays between the cores all along the motion, as both
+/// are displaced to first order and by `beyond` (then `swept_free`); or no plane can; or the two
+/// agree to a tenth.
 GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCore& b,
-              const Eigen::Isometry3d& X_WB, double enough, double near, double between = -1);
+              const Eigen::Isometry3d& X_WB, double enough, double near,
+              const GjkSweep* sweep = nullptr);
 
 }  // namespace handover

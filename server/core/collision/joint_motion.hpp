@@ -8,16 +8,21 @@
 
 namespace handover {
 
+/// Part of a curve through joint space, nearly straight: each of its states is
+/// q_middle + x * along + something of at most `rest` per joint, with x from -1 to 1.
+struct MotionStretch {
+  Eigen::VectorXd q_middle, along, rest;
+};
+
 /// A continuous curve q(s) of some joints, s from 0 to 1.
 class JointMotion {
  public:
   virtual ~JointMotion() = default;
 
-  /// The state half way between two parameters, and per joint a bound on how far the curve strays
-  /// from it between them: |q(s) - q_middle| <= stray for all s in [from, to]. The bounds go to 0
-  /// with the stretch. No allocation when the sizes fit already. @pre 0 <= from <= to <= 1.
-  virtual void stretch(double from, double to, Eigen::VectorXd& q_middle,
-                       Eigen::VectorXd& stray) const = 0;
+  /// The curve between two parameters. `along` and `rest` go to 0 with the stretch, `rest` the
+  /// faster where the curve is smooth. No allocation when the sizes fit already.
+  /// @pre 0 <= from <= to <= 1.
+  virtual void stretch(double from, double to, MotionStretch& out) const = 0;
 };
 
 /// One straight segment. @pre `from` and `to` are of one size; they outlive this.
@@ -27,10 +32,10 @@ class SegmentMotion : public JointMotion {
                 const Eigen::Ref<const Eigen::VectorXd>& to)
       : from_(from), to_(to) {}
 
-  void stretch(double from, double to, Eigen::VectorXd& q_middle,
-               Eigen::VectorXd& stray) const override {
-    q_middle = from_ + 0.5 * (from + to) * (to_ - from_);
-    stray = 0.5 * (to - from) * (to_ - from_).cwiseAbs();
+  void stretch(double from, double to, MotionStretch& out) const override {
+    out.q_middle = from_ + 0.5 * (from + to) * (to_ - from_);
+    out.along = 0.5 * (to - from) * (to_ - from_);
+    out.rest.setZero(from_.size());
   }
 
  private:
@@ -49,8 +54,7 @@ class PolylineMotion : public JointMotion {
     }
   }
 
-  void stretch(double from, double to, Eigen::VectorXd& q_middle,
-               Eigen::VectorXd& stray) const override;
+  void stretch(double from, double to, MotionStretch& out) const override;
 
  private:
   Eigen::MatrixXd waypoints_;  ///< one per column
@@ -62,12 +66,11 @@ class BothMotions : public JointMotion {
   BothMotions(const JointMotion& first, const JointMotion& second)
       : first_(first), second_(second) {}
 
-  void stretch(double from, double to, Eigen::VectorXd& q_middle,
-               Eigen::VectorXd& stray) const override;
+  void stretch(double from, double to, MotionStretch& out) const override;
 
  private:
   const JointMotion &first_, &second_;
-  mutable Eigen::VectorXd q_first_, q_second_, stray_first_, stray_second_;  ///< scratch
+  mutable MotionStretch of_first_, of_second_;  ///< scratch
 };
 
 }  // namespace handover

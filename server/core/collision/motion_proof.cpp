@@ -7,37 +7,47 @@ namespace handover {
 
 bool MotionProof::free(CollisionWorld& world, const PairList& pairs, MovingGroups& groups,
                        const std::vector<MovingBody>& moving, const std::vector<int>& moving_index,
-                       const JointMotion& motion, double from, double to, BodyContact* hit) {
+                       const JointMotion& motion, double from, double to,
+                       const Clearance& clearance, BodyContact* hit) {
   const auto indexOf = [&](BodyId body) { return moving_index[static_cast<std::size_t>(body)]; };
   rows_ = pairs.rows();
   stretches_.assign(1, {from, to, 0, rows_.size()});
   // Breadth first: what touches is found by few looks spread over the motion.
   for (std::size_t i = 0; i < stretches_.size(); ++i) {
     const Stretch it = stretches_[i];
-    motion.stretch(it.from, it.to, q_middle_, stray_);
-    if (q_middle_.size() != groups.dofs() || !q_middle_.allFinite()) {
+    motion.stretch(it.from, it.to, stretch_);
+    if (stretch_.q_middle.size() != groups.dofs() || !stretch_.q_middle.allFinite()) {
       throw std::invalid_argument("one finite position per moving dof");
     }
-    groups.place(q_middle_);
-    groups.boundTravel(stray_);
+    groups.place(stretch_.q_middle);
+    groups.boundTravel(stretch_);
     const PairList::Row* rows = rows_.data() + it.first;
     const std::size_t count = it.last - it.first;
     // Only the bodies of the pairs that are left.
     wanted_.assign(moving.size(), false);
+    PairList::Row movers{-1, -1, 0};
+    const auto wantMovers = [&] {
+      pairs.forEachMover(movers, [&](BodyId mover, std::uint64_t) {
+        wanted_[static_cast<std::size_t>(indexOf(mover))] = true;
+      });
+    };
     for (std::size_t r = 0; r < count; ++r) {
       const int other = indexOf(rows[r].other);
       if (other >= 0) wanted_[static_cast<std::size_t>(other)] = true;
-      pairs.forEachMover(rows[r], [&](BodyId mover, std::uint64_t) {
-        wanted_[static_cast<std::size_t>(indexOf(mover))] = true;
-      });
+      if (rows[r].group != movers.group) {
+        wantMovers();
+        movers = {rows[r].group, -1, 0};
+      }
+      movers.movers |= rows[r].movers;
     }
+    wantMovers();
     for (std::size_t b = 0; b < moving.size(); ++b) {
       const MovingBody& body = moving[b];
       if (wanted_[b]) world.setPose(body.body, groups.pose(body.group) * body.X_GB);
     }
     undecided_.clear();
-    travel_.reset(groups, moving, moving_index);
-    if (!world.staysFree(pairs, rows, count, travel_, undecided_, hit)) return false;
+    const BodyTravel travel(groups, moving, moving_index);
+    if (!world.staysFree(pairs, rows, count, travel, clearance, undecided_, hit)) return false;
     if (undecided_.empty()) continue;
     const std::size_t first = rows_.size();
     rows_.insert(rows_.end(), undecided_.begin(), undecided_.end());

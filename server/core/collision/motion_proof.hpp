@@ -12,12 +12,13 @@ namespace handover {
 class MotionProof {
  public:
   /// False when a pair touches: it goes to `hit`. Moves the bodies in the world.
-  /// @pre the groups have their posture and their balls; the bodies theirs.
+  /// @pre the groups have their posture and their balls.
   /// @throws std::invalid_argument when the motion's states do not fit the groups or are not
   /// finite.
   bool free(CollisionWorld& world, const PairList& pairs, MovingGroups& groups,
             const std::vector<MovingBody>& moving, const std::vector<int>& moving_index,
-            const JointMotion& motion, double from, double to, BodyContact* hit);
+            const JointMotion& motion, double from, double to, const Clearance& clearance,
+            BodyContact* hit);
 
  private:
   /// Part of a motion, and the pairs that may meet on it.
@@ -29,8 +30,7 @@ class MotionProof {
   std::vector<Stretch> stretches_;
   std::vector<PairList::Row> rows_, undecided_;
   std::vector<bool> wanted_;  ///< by index in `moving`
-  BodyTravel travel_;
-  Eigen::VectorXd q_middle_, stray_;
+  MotionStretch stretch_;
 };
 
 }  // namespace handover

@@ -5,6 +5,15 @@
 #include <cmath>
 
 namespace handover {
+namespace {
+
+/// Of the points of a ball, at most; 0 for none.
+double speed(const Twist& twist, const Eigen::Vector3d& middle_W, double radius) {
+  if (radius < 0) return 0;
+  return (twist.v + twist.w.cross(middle_W)).norm() + radius * twist.w.norm();
+}
+
+}  // namespace
 
 MovingGroups::MovingGroups(const RobotModel& model, const std::vector<int>& dofs)
     : dofs_(static_cast<int>(dofs.size())), group_of_(model.links.size(), -1) {
@@ -83,38 +92,59 @@ void MovingGroups::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
   }
 }
 
-void MovingGroups::boundTravel(const Eigen::VectorXd& stray) {
-  for (Group& group : groups_) {
-    group.stray = std::abs(group.multiplier) * stray[group.state_index];
-  }
-  seen_.resize(static_cast<std::size_t>(levels()));
+void MovingGroups::boundTravel(const MotionStretch& stretch) {
+  seen_.resize(groups_.size() * static_cast<std::size_t>(levels_));
   for (int i = 0; i < size(); ++i) {
-    travels(i, at(i).ball, seen_.data());
-    groups_[static_cast<std::size_t>(i)].travel = seen_[0];
+    Group& group = groups_[static_cast<std::size_t>(i)];
+    const double along = group.multiplier * stretch.along[group.state_index];
+    group.along = std::abs(along);
+    group.rest = std::abs(group.multiplier) * stretch.rest[group.state_index];
+    group.twist = group.parent < 0 ? Twist{} : at(group.parent).twist;
+    if (group.prismatic) {
+      group.twist.v += along * group.axis_W;
+    } else {
+      group.twist.w += along * group.axis_W;
+      group.twist.v += along * group.X_WG.translation().cross(group.axis_W);
+    }
+    boundTravel(i);
+    const Travel& travel = seen(i, 0);
+    group.travel = std::min(
+        travel.most,
+        speed(group.twist, group.X_WG * group.ball.middle, group.ball.radius) + travel.beyond);
   }
 }
 
-void MovingGroups::travels(int group, const Ball& ball, double* seen) const {
+// The joints from the outermost inwards, each turning what the outer ones may have moved: travel :=
+// travel + (distance of the ball from the axis, at most + travel) * angle; and with the speed and
+// the acceleration that a point has in a turning frame.
+void MovingGroups::boundTravel(int group) {
+  const Ball& ball = at(group).ball;
   if (ball.radius < 0) {
-    std::fill_n(seen, at(group).depth + 2, 0.0);
+    std::fill_n(&seen(group, 0), levels_, Travel{});
     return;
   }
   const Eigen::Vector3d middle = at(group).X_WG * ball.middle;
-  double travel = 0;
-  seen[at(group).depth + 1] = 0;
+  double travel = 0, speed = 0, acceleration = 0, rest = 0;
+  seen(group, at(group).depth + 1) = {};
   for (int i = group; i >= 0; i = at(i).parent) {
     const Group& joint = at(i);
     if (joint.prismatic) {
-      travel += joint.stray;
+      travel += joint.along + joint.rest;
+      speed += joint.along;
+      rest += joint.rest;
     } else {
       const double lever = joint.axis_W.cross(middle - joint.X_WG.translation()).norm();
-      travel += (lever + ball.radius + travel) * joint.stray;
+      const double arm = lever + ball.radius + travel;
+      travel += arm * (joint.along + joint.rest);
+      acceleration += (2 * speed + arm * joint.along) * joint.along;  // Coriolis, centripetal
+      speed += arm * joint.along;
+      rest += arm * joint.rest;
     }
-    seen[joint.depth] = travel;
+    seen(group, joint.depth) = {travel, 0.5 * acceleration + rest};
   }
 }
 
-double MovingGroups::approach(int a, const double* seen_a, int b, const double* seen_b) const {
+PairMotion MovingGroups::approach(int a, int b) const {
   // What is above the group that both hang on moves them as one.
   int i = a, j = b;
   while (i != j) {
@@ -123,10 +153,17 @@ double MovingGroups::approach(int a, const double* seen_a, int b, const double* 
     if (depth_j >= depth_i) j = at(j).parent;
   }
   const int level = i < 0 ? 0 : at(i).depth + 1;
-  double approach = 0;
-  if (a >= 0) approach += seen_a[level];
-  if (b >= 0) approach += seen_b[level];
-  return approach;
+  const Twist common = i < 0 ? Twist{} : at(i).twist;
+  PairMotion motion;
+  const auto add = [&](int group, Twist& twist) {
+    if (group < 0) return;
+    twist = {at(group).twist.w - common.w, at(group).twist.v - common.v};
+    motion.most += i < 0 ? at(group).travel : seen(group, level).most;
+    motion.beyond += seen(group, level).beyond;
+  };
+  add(a, motion.a);
+  add(b, motion.b);
+  return motion;
 }
 
 }  // namespace handover

@@ -3,6 +3,8 @@
 // they are, and how far they can get while the joints stray a little.
 #pragma once
 
+#include "core/collision/joint_motion.hpp"
+#include "core/collision/pair_motion.hpp"
 #include "core/model/robot_model.hpp"
 
 #include <vector>
@@ -16,7 +18,8 @@ struct Ball {
 };
 
 /// Parents come before children. -1 stands for all that no joint moves. No allocation but in the
-/// constructor. Set a posture, then place(), then boundTravel(): each needs the ones before.
+/// constructor and at the first bounds. Set a posture, then place(), then boundTravel(): each needs
+/// the ones before.
 class MovingGroups {
  public:
   /// @param dofs  those that move, in the order of the states asked.
@@ -50,24 +53,15 @@ class MovingGroups {
 
   const Pose& pose(int group) const { return at(group).X_WG; }
 
-  /// Lets each dof stray by up to `stray` [rad or m] from where it is placed.
-  void boundTravel(const Eigen::VectorXd& stray);
+  /// Lets the dofs move along a stretch of a motion, from its middle, where they are placed.
+  void boundTravel(const MotionStretch& stretch);
 
   /// No point of the group's ball then gets farther than this in the world [m].
   double travel(int group) const { return group < 0 ? 0.0 : at(group).travel; }
 
-  /// What travels() fills at most.
-  int levels() const { return levels_; }
-
-  /// How far points of a ball that moves with a group then get [m], at most: seen[0] in the world,
-  /// seen[k] as seen from the k-th group on the way down to this one. A ball of -1 does not travel.
-  /// The joints are taken from the outermost inwards, each turning what the outer ones may have
-  /// moved: travel := travel + (distance of the ball from the axis, at most + travel) * angle.
-  void travels(int group, const Ball& ball, double* seen) const;
-
-  /// No two points of two such balls then get nearer to each other by more [m]. A group of -1
+  /// How what moves with two groups may then move, as seen from what both hang on. A group of -1
   /// stands still.
-  double approach(int a, const double* seen_a, int b, const double* seen_b) const;
+  PairMotion approach(int a, int b) const;
 
  private:
   struct Group {
@@ -80,18 +74,36 @@ class MovingGroups {
     Pose X_PJ = Pose::Identity();  ///< of the joint in the parent group, or in the world
     Pose X_WG = Pose::Identity();
     Eigen::Vector3d axis_W = Eigen::Vector3d::Zero();
-    double stray = 0;
+    double along = 0, rest = 0;  ///< of the joint; along >= 0
+    Twist twist;                 ///< in the world, along the stretch
     Ball ball;
     double travel = 0;
   };
 
+  /// How far points of a group's ball get [m], at most.
+  struct Travel {
+    double most = 0;    ///< all in all
+    double beyond = 0;  ///< from where its twist, times x, takes them
+  };
+
   const Group& at(int group) const { return groups_[static_cast<std::size_t>(group)]; }
+
+  /// As seen from the `level`-th group on the way down to this one; 0: in the world.
+  Travel& seen(int group, int level) {
+    return seen_[static_cast<std::size_t>(group * levels_ + level)];
+  }
+
+  const Travel& seen(int group, int level) const {
+    return seen_[static_cast<std::size_t>(group * levels_ + level)];
+  }
+
+  void boundTravel(int group);
 
   int dofs_ = 0;
   std::vector<int> group_of_;  ///< by link
   std::vector<Group> groups_;
   int levels_ = 2;
-  std::vector<double> seen_;  ///< scratch of boundTravel()
+  std::vector<Travel> seen_;  ///< by group and level
 };
 
 }  // namespace handover

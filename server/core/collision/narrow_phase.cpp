@@ -198,23 +198,26 @@ NarrowShape::~NarrowShape() = default;
 NarrowShape::NarrowShape(NarrowShape&&) noexcept = default;
 NarrowShape& NarrowShape::operator=(NarrowShape&&) noexcept = default;
 
-bool touching(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB) {
-  const double reach = a.data().radius + b.data().radius + 2 * kCollisionMargin;
+bool touching(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
+              double gap) {
+  const double reach = a.data().radius + b.data().radius + gap;
   const GjkResult cores = gjk(a.data().core, X_WA, b.data().core, X_WB, reach, reach);
   if (cores.at_least > reach) return false;  // a plane lies between: certain
   if (cores.at_most <= reach)
     return true;  // two points are that near: certain, also where Bullet misses it
-  return bulletTouching(*a.data().shape, X_WA, *b.data().shape, X_WB);
+  return gap < 2 * kCollisionMargin || bulletTouching(*a.data().shape, X_WA, *b.data().shape, X_WB);
 }
 
 Nearness nearness(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
-                  double enough) {
+                  const PairMotion& motion, double looked, double proven) {
   const double radii = a.data().radius + b.data().radius;
-  const double touch = radii + 2 * kCollisionMargin, apart = radii + enough;
-  const GjkResult cores = gjk(a.data().core, X_WA, b.data().core, X_WB, apart, touch, apart);
-  if (cores.at_least > apart) return Nearness::kApart;
+  const double touch = radii + looked;
+  const double apart = radii + std::max(looked, motion.most + proven);
+  const GjkSweep sweep{motion, a.data().radius, b.data().radius, proven};
+  const GjkResult cores = gjk(a.data().core, X_WA, b.data().core, X_WB, apart, touch, &sweep);
+  if (cores.swept_free || cores.at_least > apart) return Nearness::kApart;
   if (cores.at_least > touch) return Nearness::kNear;
-  if (cores.at_most <= touch) return Nearness::kTouching;
+  if (cores.at_most <= touch || looked < 2 * kCollisionMargin) return Nearness::kTouching;
   return bulletTouching(*a.data().shape, X_WA, *b.data().shape, X_WB) ? Nearness::kTouching
                                                                       : Nearness::kNear;
 }

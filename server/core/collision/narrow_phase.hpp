@@ -2,6 +2,7 @@
 // Two convex shapes against each other: the only place of the core that knows Bullet.
 #pragma once
 
+#include "core/collision/pair_motion.hpp"
 #include "core/model/shape.hpp"
 
 #include <memory>
@@ -34,17 +35,20 @@ struct ShapeDistance {
   Eigen::Vector3d n_W;  ///< unit, from b towards a: moving a by -distance * n_W makes them touch
 };
 
-/// True when the shapes with their margins touch: nearer than 2 * kCollisionMargin. A function of
-/// the two poses alone, so that verdicts never depend on what was asked before.
-bool touching(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB);
+/// True when the shapes are nearer than `gap` [m], margins taken off; by default when their margins
+/// touch, and that is Bullet's to say where it is not certain. A function of the two poses alone,
+/// so that verdicts never depend on what was asked before. @pre 0 < gap <= 2 * kCollisionMargin.
+bool touching(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
+              double gap = 2 * kCollisionMargin);
 
-/// How near two shapes are, by a proof: a plane between them that leaves more than `enough` [m]; or
-/// none, though their margins are apart; or their margins touch.
+/// How near two shapes come while they move, margins taken off: a plane between them leaves more
+/// than `proven` [m] wherever they get; or there is none, though they are farther apart than
+/// `looked` as they stand; or not even that.
 enum class Nearness { kApart, kNear, kTouching };
 
-/// @pre enough >= 2 * kCollisionMargin, of the shapes without margins.
+/// @pre 0 <= proven <= looked <= 2 * kCollisionMargin.
 Nearness nearness(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
-                  double enough);
+                  const PairMotion& motion, double looked, double proven);
 
 /// Distance or depth of the shapes themselves, margins taken off.
 ShapeDistance shapeDistance(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b,

@@ -62,14 +62,12 @@ Ball ballRound(const std::vector<Ball>& balls) {
 
 /// Round the boxes of a body's shapes, their margins included; in the group that the body moves
 /// with.
-Ball ballRound(const CollisionScene::Data& scene, BodyId body, const Pose& X_GB) {
-  std::vector<Ball> boxes;
-  for (int i = scene.first_shape[static_cast<std::size_t>(body)];
-       i < scene.first_shape[static_cast<std::size_t>(body) + 1]; ++i) {
+void addBalls(const CollisionScene::Data& scene, const MovingBody& body, std::vector<Ball>& balls) {
+  const auto id = static_cast<std::size_t>(body.body);
+  for (int i = scene.first_shape[id]; i < scene.first_shape[id + 1]; ++i) {
     const SceneShape& shape = scene.shapes[static_cast<std::size_t>(i)];
-    boxes.push_back({X_GB * shape.X_BBox.translation(), shape.box_half.norm()});
+    balls.push_back({body.X_GB * shape.X_BBox.translation(), shape.box_half.norm()});
   }
-  return ballRound(boxes);
 }
 
 }  // namespace
@@ -223,9 +221,8 @@ bool StateChecker::remount(const RobotVector& q) {
 
 void StateChecker::measureGroups() {
   std::vector<std::vector<Ball>> balls(static_cast<std::size_t>(groups_.size()));
-  for (MovingBody& it : moving_bodies_) {
-    it.ball = ballRound(world_->scene().data(), it.body, it.X_GB);
-    balls[static_cast<std::size_t>(it.group)].push_back(it.ball);
+  for (const MovingBody& it : moving_bodies_) {
+    addBalls(world_->scene().data(), it, balls[static_cast<std::size_t>(it.group)]);
   }
   for (int group = 0; group < groups_.size(); ++group) {
     groups_.setBall(group, ballRound(balls[static_cast<std::size_t>(group)]));
@@ -266,22 +263,24 @@ std::optional<BodyContact> StateChecker::hit(const Eigen::Ref<const Eigen::Vecto
   return contact;
 }
 
-bool StateChecker::freeAlong(const JointMotion& motion, double from, double to, BodyContact* hit) {
+bool StateChecker::freeAlong(const JointMotion& motion, double from, double to,
+                             const Clearance& clearance, BodyContact* hit) {
   movingBodies();
-  const bool free =
-      proof_.free(*world_, pairs_, groups_, moving_bodies_, moving_index_, motion, from, to, hit);
+  const bool free = proof_.free(*world_, pairs_, groups_, moving_bodies_, moving_index_, motion,
+                                from, to, clearance, hit);
   seen_changes_ = world_->changes();
   return free;
 }
 
-bool StateChecker::validAlong(const JointMotion& motion, double from, double to) {
-  return freeAlong(motion, from, to, nullptr);
+bool StateChecker::validAlong(const JointMotion& motion, double from, double to,
+                              const Clearance& clearance) {
+  return freeAlong(motion, from, to, clearance, nullptr);
 }
 
-std::optional<BodyContact> StateChecker::hitAlong(const JointMotion& motion, double from,
-                                                  double to) {
+std::optional<BodyContact> StateChecker::hitAlong(const JointMotion& motion, double from, double to,
+                                                  const Clearance& clearance) {
   BodyContact contact;
-  if (freeAlong(motion, from, to, &contact)) return std::nullopt;
+  if (freeAlong(motion, from, to, clearance, &contact)) return std::nullopt;
   return contact;
 }
 

@@ -56,14 +56,15 @@ class StateChecker {
   bool valid(const Eigen::Ref<const Eigen::VectorXd>& q);
   /// The first touching pair found; always the same one for the same q.
   std::optional<BodyContact> hit(const Eigen::Ref<const Eigen::VectorXd>& q);
-  /// True when no pair comes into contact anywhere on the motion between two of its parameters: of
-  /// the shapes themselves that is proven (they keep CollisionWorld::kLeastClearance), margins are
-  /// tested wherever the proof has to look. A pair is looked at as often as its distance and the
-  /// travel of its links ask for, by halving the motion (Schwarzer, Saha, Latombe 2005).
+  /// True when no pair comes into contact anywhere on the motion between two of its parameters:
+  /// all along it the shapes keep `clearance.proven`. A pair is looked at as often as its distance
+  /// and the travel of its links ask for, by halving the motion (Schwarzer, Saha, Latombe 2005).
   /// @throws std::invalid_argument when its states have the wrong size or are not finite.
-  bool validAlong(const JointMotion& motion, double from = 0, double to = 1);
+  bool validAlong(const JointMotion& motion, double from = 0, double to = 1,
+                  const Clearance& clearance = kPlannedClearance);
   /// A pair that touches on the motion, if any.
-  std::optional<BodyContact> hitAlong(const JointMotion& motion, double from = 0, double to = 1);
+  std::optional<BodyContact> hitAlong(const JointMotion& motion, double from = 0, double to = 1,
+                                      const Clearance& clearance = kPlannedClearance);
   /// valid() in parts, for callers that ask many states with the tool at one pose. This part is a
   /// function of that pose: what moves as one with the setup's tool link, against all that stands
   /// still. A touching pair, if any.
@@ -124,7 +125,8 @@ class StateChecker {
   bool remount(const RobotVector& q);
   /// What moves as one is measured once per posture.
   void measureGroups();
-  bool freeAlong(const JointMotion& motion, double from, double to, BodyContact* hit);
+  bool freeAlong(const JointMotion& motion, double from, double to, const Clearance& clearance,
+                 BodyContact* hit);
 
   CollisionWorld* world_;
   StateCheckerSetup setup_;

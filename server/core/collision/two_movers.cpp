@@ -36,7 +36,8 @@ TwoMovers::TwoMovers(StateChecker& first, StateChecker& second)
 }
 
 bool TwoMovers::validAlong(const JointMotion& motion) {
-  return proof_.free(*world_, pairs_, groups_, moving_, moving_index_, motion, 0, 1, nullptr);
+  return proof_.free(*world_, pairs_, groups_, moving_, moving_index_, motion, 0, 1,
+                     kPlannedClearance, nullptr);
 }
 
 }  // namespace handover

@@ -74,12 +74,12 @@ std::optional<BodyContact> hitOnCurve(const CheckerFactory& checkers, const Stag
         checkers.make(stage.state, *stage.mover, stage.dofs, allContacts(stage));
     from = early_part / timed.duration();
     if (auto hit = early_checker.hit(timed.q.front())) return hit;
-    if (auto hit = early_checker.hitAlong(motion, 0, from)) return hit;
+    if (auto hit = early_checker.hitAlong(motion, 0, from, kTimedClearance)) return hit;
   } else if (auto hit = checker.hit(timed.q.front())) {
     return hit;
   }
   if (auto hit = checker.hit(timed.q.back())) return hit;
-  return checker.hitAlong(motion, from, 1);
+  return checker.hitAlong(motion, from, 1, kTimedClearance);
 }
 
 std::vector<Hold> holdsOf(const HandoverProblem& problem, const StagePath& stage,

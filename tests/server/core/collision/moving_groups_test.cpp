@@ -51,37 +51,89 @@ TEST_F(MovingGroupsTest, NothingTravelsFartherThanTheBound) {
   const int inner = groups_.groupOf(model_->findLink("left_upper"));
   const Ball ball{{0.1, -0.05, 0.02}, 0.04}, other{{0.2, 0, 0}, 0.03};
   groups_.setBall(outer, ball);
-  std::vector<double> seen_outer(static_cast<std::size_t>(groups_.levels())),
-      seen_inner = seen_outer;
-  double tightest = 0;
+  groups_.setBall(inner, other);
+  double tightest = 0, tightest_beyond = 0;
   for (int round = 0; round < 300; ++round) {
-    Eigen::VectorXd q(3), stray(3);
+    // Straight motions, bent ones, and some that go anywhere.
+    MotionStretch stretch{Eigen::VectorXd(3), Eigen::VectorXd(3), Eigen::VectorXd(3)};
     for (int j = 0; j < 3; ++j) {
-      q[j] = in(-2, 2);
-      stray[j] = in(0, 0.3);
+      stretch.q_middle[j] = in(-2, 2);
+      stretch.along[j] = round % 3 == 2 ? 0 : in(-0.3, 0.3);
+      stretch.rest[j] = round % 3 == 0 ? 0 : in(0, 0.1);
     }
-    groups_.place(q);
-    groups_.boundTravel(stray);
+    groups_.place(stretch.q_middle);
+    groups_.boundTravel(stretch);
     const double travel = groups_.travel(outer);
-    groups_.travels(outer, ball, seen_outer.data());
-    groups_.travels(inner, other, seen_inner.data());
-    const double approach = groups_.approach(outer, seen_outer.data(), inner, seen_inner.data());
+    const PairMotion in_world = groups_.approach(outer, -1), pair = groups_.approach(outer, inner);
+    EXPECT_EQ(pair.b.w.norm() + pair.b.v.norm(), 0);  // the outer one hangs on it
     const Eigen::Vector3d direction = Eigen::Vector3d(in(-1, 1), in(-1, 1), in(-1, 1)).normalized();
     const Eigen::Vector3d p_G = ball.middle + ball.radius * direction;
-    const Eigen::Vector3d p_G_other = other.middle - other.radius * direction;
+    const Pose X_WInner = groups_.pose(inner);
     const Eigen::Vector3d before = groups_.pose(outer) * p_G;
-    const double apart = (before - groups_.pose(inner) * p_G_other).norm();
     for (int k = 0; k < 20; ++k) {
-      Eigen::VectorXd strayed = q;
-      for (int j = 0; j < 3; ++j) strayed[j] += (k < 4 ? 1 - 2 * (k % 2) : in(-1, 1)) * stray[j];
+      const double x = k < 4 ? 1 - 2 * (k % 2) : in(-1, 1);
+      Eigen::VectorXd strayed = stretch.q_middle + x * stretch.along;
+      for (int j = 0; j < 3; ++j) strayed[j] += in(-1, 1) * stretch.rest[j];
       groups_.place(strayed);
       const Eigen::Vector3d after = groups_.pose(outer) * p_G;
       EXPECT_LE((after - before).norm(), travel);
-      EXPECT_LE(apart - (after - groups_.pose(inner) * p_G_other).norm(), approach);
+      EXPECT_LE((after - before).norm(), in_world.most);
+      const auto byTwist = [&](const Twist& twist) -> Eigen::Vector3d {
+        return x * (twist.v + twist.w.cross(before));
+      };
+      const double beyond = (after - before - byTwist(in_world.a)).norm();
+      EXPECT_LE(beyond, in_world.beyond + 1e-12);
+      // As the inner one sees it.
+      const Eigen::Vector3d seen = X_WInner * (groups_.pose(inner).inverse() * after);
+      EXPECT_LE((seen - before).norm(), pair.most + 1e-12);
+      EXPECT_LE((seen - before - byTwist(pair.a)).norm(), pair.beyond + 1e-12);
       tightest = std::max(tightest, (after - before).norm() / travel);
+      tightest_beyond = std::max(tightest_beyond, beyond / in_world.beyond);
     }
   }
-  EXPECT_GT(tightest, 0.8);  // a bound, not a guess far above
+  EXPECT_GT(tightest, 0.8);  // bounds, not guesses far above
+  EXPECT_GT(tightest_beyond, 0.4);
+}
+
+// Both fingers hang on the lower arm, which moves, too.
+TEST_F(MovingGroupsTest, SiblingsMoveAgainstEachOtherAsTheirParentSeesIt) {
+  const int a = groups_.groupOf(model_->findLink("left_finger_a"));
+  const int b = groups_.groupOf(model_->findLink("left_finger_b"));
+  const int parent = groups_.groupOf(model_->findLink("left_lower"));
+  const Ball ball{{0.1, -0.05, 0.02}, 0.04};
+  groups_.setBall(a, ball);
+  groups_.setBall(b, ball);
+  for (int round = 0; round < 200; ++round) {
+    MotionStretch stretch{Eigen::VectorXd(3), Eigen::VectorXd(3), Eigen::VectorXd(3)};
+    for (int j = 0; j < 3; ++j) {
+      stretch.q_middle[j] = in(-2, 2);
+      stretch.along[j] = in(-0.3, 0.3);
+      stretch.rest[j] = in(0, 0.05);
+    }
+    groups_.place(stretch.q_middle);
+    groups_.boundTravel(stretch);
+    const PairMotion motion = groups_.approach(a, b);
+    EXPECT_GT((motion.a.v - motion.b.v).norm(), 0);  // they slide apart
+    const Pose X_WParent = groups_.pose(parent);
+    const Eigen::Vector3d p_a = groups_.pose(a) * ball.middle, p_b = groups_.pose(b) * ball.middle;
+    for (int k = 0; k < 20; ++k) {
+      const double x = in(-1, 1);
+      Eigen::VectorXd strayed = stretch.q_middle + x * stretch.along;
+      for (int j = 0; j < 3; ++j) strayed[j] += in(-1, 1) * stretch.rest[j];
+      groups_.place(strayed);
+      const auto went = [&](int group, const Eigen::Vector3d& before) -> Eigen::Vector3d {
+        return X_WParent * (groups_.pose(parent).inverse() * (groups_.pose(group) * ball.middle)) -
+               before;
+      };
+      const auto byTwist = [&](const Twist& twist, const Eigen::Vector3d& p) -> Eigen::Vector3d {
+        return x * (twist.v + twist.w.cross(p));
+      };
+      const Eigen::Vector3d apart = went(a, p_a) - went(b, p_b);
+      EXPECT_LE(apart.norm(), motion.most + 1e-12);
+      EXPECT_LE((apart - byTwist(motion.a, p_a) + byTwist(motion.b, p_b)).norm(),
+                motion.beyond + 1e-12);
+    }
+  }
 }
 
 }  // namespace

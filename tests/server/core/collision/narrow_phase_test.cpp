@@ -220,5 +220,45 @@ TEST(NarrowPhase, RefusesSizesThatAreNone) {
   EXPECT_THROW(NarrowShape{empty}, std::invalid_argument);
 }
 
+TEST(NarrowPhase, WhatIsProvenApartStaysApartWhileItMoves) {
+  constexpr double kProven = 0.001, kReach = 0.5;  // of the shapes' points from their origins
+  RandomShapes random(31);
+  int apart = 0, moving = 0;
+  for (int round = 0; round < 6000; ++round) {
+    const NarrowShape a(random.any()), b(random.any());
+    const Pose X_WA = random.pose(0.4), X_WB = random.pose(0.4);
+    // Each turns about its origin, which goes straight on.
+    const double size = round % 2 == 0 ? 0.05 : 0.2;
+    const Eigen::Vector3d w_a = random.uniform(0, size) * random.direction(),
+                          v_a = random.uniform(0, size) * random.direction();
+    const bool still = round % 3 == 0;
+    const Eigen::Vector3d w_b = still ? 0 * w_a : random.uniform(0, size) * random.direction(),
+                          v_b = still ? 0 * v_a : random.uniform(0, size) * random.direction();
+    PairMotion motion;
+    motion.a = {w_a, v_a - w_a.cross(X_WA.translation())};
+    motion.b = {w_b, v_b - w_b.cross(X_WB.translation())};
+    motion.beyond = 0.5 * kReach * (w_a.squaredNorm() + w_b.squaredNorm());
+    motion.most = motion.beyond + v_a.norm() + v_b.norm() + kReach * (w_a.norm() + w_b.norm());
+    const Nearness found = nearness(a, X_WA, b, X_WB, motion, 0.002, kProven);
+    EXPECT_EQ(found == Nearness::kTouching, touching(a, X_WA, b, X_WB));
+    if (found != Nearness::kApart) continue;
+    ++apart;
+    if (shapeDistance(a, X_WA, b, X_WB).distance < motion.most) ++moving;
+    for (const double x : {-1.0, -0.6, -0.2, 0.0, 0.3, 0.7, 1.0}) {
+      const auto moved = [&](const Pose& X, const Eigen::Vector3d& w, const Eigen::Vector3d& v) {
+        Pose Y = X;
+        Y.linear() = Eigen::AngleAxisd(x * w.norm(), w.normalized()) * X.linear();
+        Y.translation() += x * v;
+        return Y;
+      };
+      const double distance =
+          shapeDistance(a, moved(X_WA, w_a, v_a), b, moved(X_WB, w_b, v_b)).distance;
+      EXPECT_GE(distance, kProven) << round << " at " << x;
+    }
+  }
+  EXPECT_GT(apart, 1000);
+  EXPECT_GT(moving, 300);  // those that the length of the way alone would not tell
+}
+
 }  // namespace
 }  // namespace handover::test
