@@ -76,16 +76,32 @@ std::vector<NamePair> CheckerFactory::names(const AllowedContacts& contacts) con
 StateChecker CheckerFactory::make(const CellState& state, const Role& mover,
                                   const std::vector<int>& dofs,
                                   const AllowedContacts& contacts) const {
-  StateCheckerSetup setup(*problem_.collision, mover.robot, dofs);
-  setup.q = state.q;
-  if (state.holder == &mover) {
-    setup.held = HeldObject{object_, mover.arm_model->tool_link, state.X_TO};
+  const bool holding = state.holder == &mover;
+  StateChecker checker = pattern(mover, dofs, holding, contacts);
+  for (std::size_t robot = 0; robot < state.q.size(); ++robot) {
+    checker.setPosture(static_cast<int>(robot), state.q[robot]);
   }
-  setup.X_WO[at(object_)] = state.X_WO;
+  checker.setObject(object_, state.X_WO);
+  if (holding) checker.setHold(state.X_TO);
+  return checker;
+}
+
+const StateChecker& CheckerFactory::pattern(const Role& mover, const std::vector<int>& dofs,
+                                            bool holding, const AllowedContacts& contacts) const {
+  for (const Pattern& it : patterns_) {
+    if (it.robot == mover.robot && it.holding == holding && it.contacts == contacts &&
+        it.dofs == dofs) {
+      return it.checker;
+    }
+  }
+  StateCheckerSetup setup(*problem_.collision, mover.robot, dofs);
+  if (holding) setup.held = HeldObject{object_, mover.arm_model->tool_link, Pose::Identity()};
   setup.allowed = allowed(contacts);
   // Motions of the fingers have no tool that moves with them.
   if (dofs == mover.arm_model->dofs) setup.tool_link = mover.arm_model->tool_link;
-  return StateChecker(world_, std::move(setup));
+  patterns_.push_back(
+      {mover.robot, dofs, holding, contacts, StateChecker(world_, std::move(setup))});
+  return patterns_.back().checker;
 }
 
 }  // namespace handover

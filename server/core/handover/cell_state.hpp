@@ -6,6 +6,7 @@
 #include "core/collision/state_checker.hpp"
 #include "core/handover/role.hpp"
 
+#include <deque>
 #include <memory>
 #include <string>
 #include <vector>
@@ -29,6 +30,8 @@ struct AllowedContacts {
   bool receiver_hand = false;
   bool start_rest = false;
   bool goal_rest = false;
+
+  bool operator==(const AllowedContacts&) const = default;
 };
 
 /// The collision scene that a task is planned in: as the scene, but what the object rests on is no
@@ -36,7 +39,7 @@ struct AllowedContacts {
 std::shared_ptr<const CollisionScene> collisionForTask(const Scene& scene,
                                                        const std::string& object);
 
-/// The fixed facts of one request that state checks need; makes checkers.
+/// The fixed facts of one request that state checks need; makes checkers. Not thread-safe.
 class CheckerFactory {
  public:
   /// @pre the arguments outlive the factory.
@@ -46,6 +49,8 @@ class CheckerFactory {
   CellState startState() const;
 
   int object() const { return object_; }
+
+  BodyId objectBody() const { return object_body_; }
 
   BodyPairs allowed(const AllowedContacts& contacts) const;
 
@@ -57,6 +62,19 @@ class CheckerFactory {
   std::vector<NamePair> names(const AllowedContacts& contacts) const;
 
  private:
+  /// What a checker's pairs follow from, and one that has them: finding them costs more than a
+  /// copy.
+  struct Pattern {
+    int robot;
+    std::vector<int> dofs;
+    bool holding;
+    AllowedContacts contacts;
+    StateChecker checker;
+  };
+
+  const StateChecker& pattern(const Role& mover, const std::vector<int>& dofs, bool holding,
+                              const AllowedContacts& contacts) const;
+
   const HandoverProblem& problem_;
   const Role& giver_;
   const Role& receiver_;
@@ -64,6 +82,7 @@ class CheckerFactory {
   int object_ = -1;
   BodyId object_body_ = -1;
   std::vector<BodyId> start_rest_, goal_rest_;
+  mutable std::deque<Pattern> patterns_;
 };
 
 }  // namespace handover

@@ -30,6 +30,7 @@ constexpr double kCornerTime = 0.5;   // what a corner costs, about [s]
 constexpr double kMostCorners = 4;
 constexpr std::uint32_t kDirectGoals = 4;                   // goals tried without a tree
 constexpr std::uint32_t kFewChecks = 15, kViaChecks = 150;  // segments looked at for a simple way
+constexpr std::size_t kSimpleWay = 3;                       // waypoints of ways found so, mostly
 
 JointPath reversed(JointPath path) {
   std::reverse(path.waypoints.begin(), path.waypoints.end());
@@ -151,9 +152,20 @@ std::optional<JointPath> ExchangePlanner::throughVia(const Role& role, const Mot
   ViaSettings settings;
   settings.most_checks = checks;
   settings.most = kViaDetour * travelTime(role, from, to) + kMostCorners * kCornerTime;
+  settings.straight = false;  // known not to be free
+  // Nothing is cheaper than to go straight, and often that is free.
+  if (segmentValid(motion, from, to)) return JointPath{{from, to}};
   std::vector<ArmVector> vias = viasBetween(role, from, to);
   vias.insert(vias.end(), known.begin(), known.end());
   return cheapestWay(motion, from, to, std::move(vias), cost, settings, deadline_);
+}
+
+std::optional<BodyContact> ExchangePlanner::fingersHit(const Role& role, const CellState& state,
+                                                       const Eigen::VectorXd& from,
+                                                       const Eigen::VectorXd& to,
+                                                       const AllowedContacts& contacts) const {
+  StateChecker checker = checkers_.make(state, role, role.hand->dofs, contacts);
+  return checker.hitAlong(SegmentMotion(from, to));
 }
 
 std::optional<JointPath> ExchangePlanner::straight(const Role& role, const ArmVector& q,
@@ -198,17 +210,18 @@ std::optional<JointPath> ExchangePlanner::lifted(const Role& role, const ArmVect
 std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVector& from,
                                                  const GoalSampler& goals, StateChecker& checker,
                                                  StageKind kind, int grasp, Ends ends,
-                                                 std::uint32_t* goal,
-                                                 const std::vector<ArmVector>& known) {
+                                                 std::uint32_t* goal, const KnownWays& known) {
   const MotionProblem motion = motionProblem(role, checker);
+  // Where a tree was needed before, it is needed again.
+  const bool hard = known.from_start.size() > kSimpleWay;
   // Most ways are simple. First without a tree; of several goals, those that are simply come to.
   ArmVector to;
   if (!checker.valid(from)) return std::nullopt;
   for (const std::uint32_t checks : {kFewChecks, kViaChecks}) {
-    if (ends == Ends::kOne && checks == kFewChecks) continue;
+    if (ends == Ends::kOne && (checks == kFewChecks) != hard) continue;
     for (std::uint32_t i = 0; i < kDirectGoals && goals(i, to); ++i) {
       if (!checker.valid(to)) continue;
-      if (auto path = throughVia(role, motion, from, to, known, checks)) {
+      if (auto path = throughVia(role, motion, from, to, known.from_goal, checks)) {
         if (goal != nullptr) *goal = i;
         return path;
       }
@@ -218,6 +231,8 @@ std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVect
   settings.direct_goals = 0;
   settings.max_iterations = budget_.rrt_iterations;
   settings.seed = SeededRandom::mix(seedFor(kind, grasp));
+  settings.from_start = known.from_start;
+  settings.from_goal = known.from_goal;
   std::uint32_t found_goal = 0;
   const auto path = planIkBiRrt(motion, from, goals, settings, deadline_, &found_goal);
   if (!path) return std::nullopt;
@@ -227,8 +242,7 @@ std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVect
 
 std::optional<JointPath> ExchangePlanner::route(const Role& role, const ArmVector& from,
                                                 const ArmVector& to, StateChecker& checker,
-                                                StageKind kind, int grasp,
-                                                const std::vector<ArmVector>& known) {
+                                                StageKind kind, int grasp, const KnownWays& known) {
   const auto only_goal = [&](std::uint32_t i, ArmVector& q) {
     q = to;
     return i == 0;
@@ -407,6 +421,7 @@ const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(
       checkers_.make(start_, giver_, giver_.arm_model->dofs, {.start_rest = true});
 
   const Pose X_WT = start_.X_WO * grasp.X_OT;
+  const auto giver = static_cast<std::size_t>(giver_.robot);
 
   // Goals enter the goal tree as the search asks for them: each is the pre-grasp of one
   // configuration from which the straight approach and the lift exist.
@@ -431,8 +446,14 @@ const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(
       const CellState held = holding(start_, giver_, grasp, q);
       StateChecker held_checker = checkers_.make(held, giver_, giver_.arm_model->dofs,
                                                  {.giver_hand = true, .start_rest = true});
+      CellState come = start_;
+      come.q[giver] = giver_.withArm(come.q[giver], q);
       std::optional<JointPath> lift;
-      if (held_checker.valid(q)) lift = lifted(giver_, q, X_WT, held_checker);
+      if (!fingersHit(giver_, come, giver_.fingersOf(come.q[giver]), grasp.closed,
+                      {.giver_hand = true, .start_rest = true}) &&
+          held_checker.valid(q)) {
+        lift = lifted(giver_, q, X_WT, held_checker);
+      }
       open_checker.activate();
       if (!lift) continue;
       candidates.push_back({q, reversed(*back), *lift});
@@ -480,10 +501,13 @@ const std::optional<ExchangePlanner::PlaceMotion>& ExchangePlanner::placeMotion(
     if (!open_checker.valid(q)) continue;
     const auto back = backOff(receiver_, q, X_WT, open_checker);
     if (!back) continue;
+    CellState put = open;
+    put.q[robot] = receiver_.withArm(put.q[robot], q);
+    if (fingersHit(receiver_, put, grasp.closed, grasp.open, {.receiver_hand = true})) continue;
     const auto home = route(receiver_, back->waypoints.back(), receiver_.armOf(start_.q[robot]),
                             open_checker, StageKind::kReceiverRetreat, place.grasp);
     if (!home) continue;
-    found = PlaceMotion{q, reversed(*up), joined(*back, *home)};
+    found = PlaceMotion{q, reversed(*up), joined(*back, *home), *home};
     return found;
   }
   return found;
@@ -496,11 +520,25 @@ std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHands(const HandoverT
   const auto receiver = static_cast<std::size_t>(receiver_.robot);
   const Pose X_WTg = tuple.X_WH * grasp_g.X_OT;
   const Pose X_WTr = tuple.X_WH * grasp_r.X_OT;
+  const AllowedContacts both{.giver_hand = true, .receiver_hand = true};
+  // Where these touch each other, they do so whatever the arms do.
+  const auto ofHands = [&](BodyId body) {
+    const auto in = [&](const std::vector<BodyId>& bodies) {
+      return std::find(bodies.begin(), bodies.end(), body) != bodies.end();
+    };
+    return body == checkers_.objectBody() || in(giver_.hand_bodies) || in(receiver_.hand_bodies);
+  };
   const auto most = [&](const FeasibleGrasp& grasp) {
     return std::min(grasp.configurations.size(), budget_.configurations);
   };
+  const Pose X_WTg_back = giver_.backedOff(X_WTg, kBackOff.back());
   for (std::size_t i = 0; i < most(tuple.give); ++i) {
     const ArmVector& q_g = tuple.give.configurations[i];
+    // Mostly the arm cannot fold so far.
+    if (!straightLine(*giver_.kinematics, q_g, giver_.worldToArm(X_WTg),
+                      giver_.worldToArm(X_WTg_back))) {
+      continue;
+    }
     CellState given = holding(start_, giver_, grasp_g, q_g);
     given.X_WO = tuple.X_WH;
     given.holder = nullptr;  // stands still while the receiver comes
@@ -518,13 +556,19 @@ std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHands(const HandoverT
       CellState taken = given;
       taken.q[receiver] =
           receiver_.withFingers(receiver_.withArm(taken.q[receiver], q_r), grasp_r.closed);
-      StateChecker closed = checkers_.make(taken, receiver_, receiver_.arm_model->dofs,
-                                           {.giver_hand = true, .receiver_hand = true});
+      StateChecker closed = checkers_.make(taken, receiver_, receiver_.arm_model->dofs, both);
       if (!closed.valid(q_r)) continue;
       taken.q[giver] = giver_.withFingers(std::move(taken.q[giver]), grasp_g.open);
       StateChecker leaving =
           checkers_.make(taken, giver_, giver_.arm_model->dofs, {.receiver_hand = true});
       if (!leaving.valid(q_g)) continue;
+      CellState come = given;
+      come.q[receiver] = receiver_.withArm(come.q[receiver], q_r);
+      const Eigen::VectorXd fingers_start = receiver_.fingersOf(start_.q[receiver]);
+      auto hit = fingersHit(receiver_, come, fingers_start, grasp_r.closed, both);
+      if (!hit) hit = fingersHit(giver_, taken, grasp_g.closed, grasp_g.open, both);
+      if (hit && ofHands(hit->a) && ofHands(hit->b)) return std::nullopt;
+      if (hit) continue;
       const auto away = backOff(giver_, q_g, X_WTg, leaving);
       if (!away) continue;
       arriving.activate();
@@ -550,6 +594,27 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
   if (!hands) return Failure{kHands};
   const auto& place = placeMotion(tuple.place);
   if (!place) return Failure{toString(StageKind::kReceiverPlace)};
+
+  // The receiver carries it away when the giver is back, whatever comes before. Where no way was
+  // found none is sought again: with another grasp the giver's hand, at home, is only opened
+  // otherwise.
+  const auto stuck = [&](const StuckTransfer& it) {
+    return it.place == tuple.place.grasp && it.q_r == hands->q_r;
+  };
+  if (std::any_of(stuck_.begin(), stuck_.end(), stuck)) {
+    return Failure{toString(StageKind::kReceiverTransfer)};
+  }
+  CellState left = start_;
+  left.q[giver] = giver_.withFingers(std::move(left.q[giver]), grasp_g.open);
+  left = holding(left, receiver_, grasp_r, hands->q_r);
+  StateChecker carrying =
+      checkers_.make(left, receiver_, receiver_.arm_model->dofs, {.receiver_hand = true});
+  const auto carried = route(receiver_, hands->q_r, place->place.waypoints.front(), carrying,
+                             StageKind::kReceiverTransfer, tuple.place.grasp);
+  if (!carried) {
+    stuck_.push_back({tuple.place.grasp, hands->q_r});
+    return Failure{toString(StageKind::kReceiverTransfer)};
+  }
   const auto& pick = pickMotion(tuple.pick);
   if (!pick) return Failure{toString(StageKind::kGiverReach)};
 
@@ -583,7 +648,7 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
                    {&giver_}),
              pick->lift);
   now = holding(now, giver_, grasp_g, pick->lift.waypoints.back());
-  std::vector<ArmVector> came_by;  // it may go back by the way that it came
+  KnownWays came_by;  // it may go back by the way that it came
   {
     StagePath& transfer =
         stage(StageKind::kGiverTransfer, giver_, now, {.giver_hand = true}, {&giver_});
@@ -593,7 +658,8 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
     if (!path) return Failure{toString(transfer.kind)};
     setArmPath(transfer, *path);
     for (const JointPath* came : {&pick->reach, &*path}) {
-      came_by.insert(came_by.end(), came->waypoints.begin(), came->waypoints.end());
+      came_by.from_goal.insert(came_by.from_goal.end(), came->waypoints.begin(),
+                               came->waypoints.end());
     }
   }
 
@@ -605,8 +671,9 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
     StagePath& reach =
         stage(StageKind::kReceiverReach, receiver_, now, {.giver_hand = true}, {&giver_});
     StateChecker checker = checkerOf(reach);
-    const auto path = route(receiver_, q_r_start, hands->receiver_approach.waypoints.front(),
-                            checker, reach.kind, tuple.receive.grasp);
+    const auto path =
+        route(receiver_, q_r_start, hands->receiver_approach.waypoints.front(), checker, reach.kind,
+              tuple.receive.grasp, {reversed(place->home).waypoints, {}});
     if (!path) return Failure{toString(reach.kind)};
     setArmPath(reach, *path);
   }
@@ -635,15 +702,9 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
   // And puts it down.
   now.q[giver] = giver_.withArm(now.q[giver], q_g_start);
   now = holding(now, receiver_, grasp_r, hands->q_r);
-  {
-    StagePath& transfer =
-        stage(StageKind::kReceiverTransfer, receiver_, now, {.receiver_hand = true}, {&receiver_});
-    StateChecker checker = checkerOf(transfer);
-    const auto path = route(receiver_, hands->q_r, place->place.waypoints.front(), checker,
-                            transfer.kind, tuple.place.grasp);
-    if (!path) return Failure{toString(transfer.kind)};
-    setArmPath(transfer, *path);
-  }
+  setArmPath(
+      stage(StageKind::kReceiverTransfer, receiver_, now, {.receiver_hand = true}, {&receiver_}),
+      *carried);
   now = holding(now, receiver_, grasp_r, place->place.waypoints.front());
   setArmPath(stage(StageKind::kReceiverPlace, receiver_, now,
                    {.receiver_hand = true, .goal_rest = true}, {&receiver_}),

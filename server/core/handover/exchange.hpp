@@ -47,7 +47,7 @@ struct HandoverTuple {
 
 /// How hard the search tries; counts, never seconds.
 struct ExchangeBudget {
-  std::uint32_t rrt_iterations = 600;
+  std::uint32_t rrt_iterations = 1000;
   std::uint32_t shortcut_attempts = 16;
   std::size_t configurations = 4;  ///< of a grasp, tried as ends of motions
 };
@@ -100,11 +100,23 @@ class ExchangePlanner {
   struct PlaceMotion {
     ArmVector q_place;
     JointPath place, retreat;  ///< from above down to q_place; back and home
+    JointPath home;            ///< the last part of the retreat
   };
 
   struct Hands {
     ArmVector q_g, q_r;
     JointPath receiver_approach, giver_back;  ///< straight on to q_r; straight back from q_g
+  };
+
+  /// Where an arm has found its way before, much else as now.
+  struct KnownWays {
+    std::vector<ArmVector> from_start, from_goal;  ///< in the order that they lead away from there
+  };
+
+  /// A way to the placing of a grasp that was not found.
+  struct StuckTransfer {
+    int place;
+    ArmVector q_r;  ///< where it began
   };
 
   const std::optional<PickMotion>& pickMotion(const FeasibleGrasp& pick);
@@ -114,6 +126,11 @@ class ExchangePlanner {
   /// The state with the object in the role's hand, closed by the grasp, at an arm configuration.
   CellState holding(CellState state, const Role& role, const Grasp& grasp,
                     const ArmVector& q) const;
+  /// What the fingers touch, if anything, while they go straight from one posture to another, all
+  /// else as in the state.
+  std::optional<BodyContact> fingersHit(const Role& role, const CellState& state,
+                                        const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+                                        const AllowedContacts& contacts) const;
   std::optional<JointPath> straight(const Role& role, const ArmVector& q, const Pose& X_WT,
                                     const Pose& X_WT_end, StateChecker& checker);
   /// The straight line of the greatest of the distances (falling) that is free; end_at(distance)
@@ -129,7 +146,7 @@ class ExchangePlanner {
                                   StateChecker& checker);
   std::optional<JointPath> route(const Role& role, const ArmVector& from, const ArmVector& to,
                                  StateChecker& checker, StageKind kind, int grasp,
-                                 const std::vector<ArmVector>& known = {});
+                                 const KnownWays& known = {});
   /// Configurations that a way which is not straight may well lead through.
   std::vector<ArmVector> viasBetween(const Role& role, const ArmVector& from,
                                      const ArmVector& to) const;
@@ -144,8 +161,7 @@ class ExchangePlanner {
   /// goals to choose from.
   std::optional<JointPath> search(const Role& role, const ArmVector& from, const GoalSampler& goals,
                                   StateChecker& checker, StageKind kind, int grasp, Ends ends,
-                                  std::uint32_t* goal = nullptr,
-                                  const std::vector<ArmVector>& known = {});
+                                  std::uint32_t* goal = nullptr, const KnownWays& known = {});
   MotionProblem motionProblem(const Role& role, StateChecker& checker) const;
   std::uint64_t seedFor(StageKind kind, int grasp) const;
 
@@ -159,6 +175,7 @@ class ExchangePlanner {
   CellState start_;
   std::map<int, std::optional<PickMotion>> picks_;    ///< by giver grasp
   std::map<int, std::optional<PlaceMotion>> places_;  ///< by receiver grasp
+  std::vector<StuckTransfer> stuck_;
 };
 
 }  // namespace handover

@@ -283,8 +283,9 @@ class FlatNearest : public ompl::NearestNeighbors<T> {
 // grow, and it never draws another.
 class IkBiRrt : public og::RRTConnect {
  public:
-  IkBiRrt(const ob::SpaceInformationPtr& si, const IkGoals& goals, const IkBiRrtSettings& settings)
-      : RRTConnect(si), goals_(goals), settings_(settings) {
+  IkBiRrt(const ob::SpaceInformationPtr& si, const MotionProblem& problem, const IkGoals& goals,
+          const IkBiRrtSettings& settings)
+      : RRTConnect(si), problem_(problem), goals_(goals), settings_(settings) {
     setName("IKBiRRT");
     setRange(settings.range);
     tStart_ = std::make_shared<FlatNearest<Motion*>>(si->getStateDimension());
@@ -302,6 +303,8 @@ class IkBiRrt : public og::RRTConnect {
     if (tGoal_->size() == 0) {
       return goals_.exhausted() ? ob::PlannerStatus::INVALID_GOAL : ob::PlannerStatus::TIMEOUT;
     }
+    seed(*tStart_, settings_.from_start, goal.motion.state);
+    seed(*tGoal_, settings_.from_goal, goal.motion.state);
     bool from_start = true;
     for (std::uint32_t i = 1; !over; ++i, from_start = !from_start) {
       if (i % settings_.goal_period == 0 && goals_.draw(goal.motion.state))
@@ -343,6 +346,27 @@ class IkBiRrt : public og::RRTConnect {
     Motion* root = addRoot(*tGoal_, state);
     goal_roots_.emplace_back(root->state, goals_.drawn() - 1);
     return root;
+  }
+
+  // Grows a tree from its first root along a way, as far as that is free.
+  void seed(Tree& tree, const std::vector<ArmVector>& way, ob::State* scratch) {
+    std::vector<Motion*> roots;
+    tree.list(roots);
+    Motion* last = roots.front();
+    for (const ArmVector& q : way) {
+      if (!withinLimits(problem_, q)) return;
+      const ArmVector from = toJoints(last->state, q.size());
+      const double pieces = std::ceil(2 * (q - from).norm() / settings_.range);  // 0: there already
+      for (double piece = 1; piece <= pieces; ++piece) {
+        const ArmVector to = from + piece / pieces * (q - from);
+        if (!segmentValid(problem_, toJoints(last->state, q.size()), to)) return;
+        Eigen::Map<Eigen::VectorXd>(valuesOf(scratch), q.size()) = to;
+        Motion* added = addRoot(tree, scratch);
+        added->parent = last;
+        added->root = last->root;
+        last = added;
+      }
+    }
   }
 
   // Draws goals until one is valid, then up to `direct_goals` of them, each tried by one straight
@@ -404,6 +428,7 @@ class IkBiRrt : public og::RRTConnect {
     pdef_->addSolutionPath(path, false, 0.0, getName());
   }
 
+  const MotionProblem& problem_;
   const IkGoals& goals_;
   const IkBiRrtSettings settings_;
   std::vector<std::pair<const ob::State*, std::uint32_t>> goal_roots_;
@@ -469,7 +494,7 @@ Result<JointPath> planIkBiRrt(const MotionProblem& problem, const ArmVector& sta
   const auto region = std::make_shared<IkGoals>(si, problem, goals);
   definition->setGoal(region);
 
-  IkBiRrt planner(si, *region, settings);
+  IkBiRrt planner(si, problem, *region, settings);
   planner.setProblemDefinition(definition);
   planner.setup();
   ob::IterationTerminationCondition iterations(settings.max_iterations);

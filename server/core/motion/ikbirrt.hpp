@@ -24,7 +24,7 @@ struct MotionProblem {
   ArmVector lower, upper;                         ///< finite, lower <= upper
   std::function<bool(const ArmVector& q)> valid;  ///< free of collision at q
   double resolution = 0.03;                       ///< largest joint step between checks [rad]
-  /// If given, asked of a straight segment between two valid states instead of `valid` at every
+  /// If given, asked of a straight segment, its ends included, instead of `valid` at every
   /// `resolution`.
   std::function<bool(const ArmVector& from, const ArmVector& to)> valid_between;
   /// Corners that are made on purpose, by cuts and at via configurations, can be rounded by this
@@ -38,6 +38,9 @@ struct IkBiRrtSettings {
   double range = 1.0;                     ///< longest tree extension [rad]
   std::uint32_t direct_goals = 4;         ///< first goals tried by one straight segment
   std::uint32_t goal_period = 8;          ///< iterations from one goal drawn to the next
+  /// Ways that were free in a world much like this one: on from the start, and back from the first
+  /// valid goal. The trees begin with what is still free of them.
+  std::vector<ArmVector> from_start{}, from_goal{};
 };
 
 /// The i-th goal configuration, drawn as the search asks for it; false when there are no more.
@@ -62,7 +65,8 @@ Result<JointPath> planIkBiRrt(const MotionProblem& problem, const ArmVector& sta
 JointPath shortcut(const MotionProblem& problem, const JointPath& path, std::uint64_t seed,
                    std::uint32_t attempts, const Deadline& deadline);
 
-/// True when the straight joint segment is valid at the problem's resolution (ends included).
+/// True when the straight joint segment is valid, ends included: as `valid_between` has it, else at
+/// the problem's resolution.
 bool segmentValid(const MotionProblem& problem, const ArmVector& from, const ArmVector& to);
 
 /// True when the corner of two valid segments can be rounded as the problem asks for.

@@ -6,12 +6,21 @@
 
 namespace handover {
 
+namespace {
+
+// Of joints [rad]; false for NaN, too.
+bool inBounds(const MotionProblem& problem, const ArmVector& move) {
+  const double largest = move.size() == 0 ? 0 : move.cwiseAbs().maxCoeff();
+  return largest < 1e6 * problem.resolution;
+}
+
+}  // namespace
+
 bool restOfSegmentValid(const MotionProblem& problem, const ArmVector& from, const ArmVector& to) {
   const ArmVector move = to - from;
-  const double largest = move.size() == 0 ? 0 : move.cwiseAbs().maxCoeff();
-  if (!(largest < 1e6 * problem.resolution)) return false;  // catches NaN, too
-  if (!problem.valid(to)) return false;
+  if (!inBounds(problem, move) || !problem.valid(to)) return false;
   if (problem.valid_between) return problem.valid_between(from, to);
+  const double largest = move.size() == 0 ? 0 : move.cwiseAbs().maxCoeff();
   const int steps = static_cast<int>(std::ceil(largest / problem.resolution));
   // Bisection by levels: middle, quarters, eighths ... each inner point once.
   int stride = 1;
@@ -27,6 +36,7 @@ bool restOfSegmentValid(const MotionProblem& problem, const ArmVector& from, con
 }
 
 bool segmentValid(const MotionProblem& problem, const ArmVector& from, const ArmVector& to) {
+  if (problem.valid_between) return inBounds(problem, to - from) && problem.valid_between(from, to);
   return from.allFinite() && problem.valid(from) && restOfSegmentValid(problem, from, to);
 }
 
@@ -43,7 +53,7 @@ bool cornerValid(const MotionProblem& problem, const ArmVector& before, const Ar
   if (half * turn > 4 * problem.rounding) half = 4 * problem.rounding / turn;
   const ArmVector from = corner - half / length_in * in, to = corner + half / length_out * out;
   const ArmVector apex = 0.25 * (from + to) + 0.5 * corner;
-  return restOfSegmentValid(problem, from, apex) && restOfSegmentValid(problem, apex, to);
+  return segmentValid(problem, from, apex) && segmentValid(problem, apex, to);
 }
 
 }  // namespace handover

@@ -6,7 +6,8 @@
 
 namespace handover {
 
-/// segmentValid() for a `from` that is known to be valid. No allocation.
+/// Whether `to` is valid and so is the straight segment to it from a state that is known to be. No
+/// allocation.
 bool restOfSegmentValid(const MotionProblem& problem, const ArmVector& from, const ArmVector& to);
 
 }  // namespace handover

@@ -84,6 +84,7 @@ bool cut(const MotionProblem& problem, Waypoints& path, const Place& a, const Pl
   if ((b.q - a.q).norm() > old - kLeastGain) return false;
   if (!segmentValid(problem, a.q, b.q)) return false;
   const bool keep_a = a.fraction > 0, keep_b = b.fraction < 1;
+  if ((keep_a && !problem.valid(a.q)) || (keep_b && !problem.valid(b.q))) return false;
   if (!cornersValid(problem, path, a, b)) return false;
   if (strict && keep_a && !segmentValid(problem, path[a.vertex], a.q)) return false;
   if (strict && keep_b && !segmentValid(problem, b.q, path[b.vertex + 1])) return false;

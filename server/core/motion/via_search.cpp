@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/motion/via_search.hpp"
 
-#include "core/motion/segment.hpp"
-
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -22,7 +20,8 @@ class ViaGraph {
         costs_(size_ * size_, kNever),
         known_(size_ * size_, false),
         node_known_(size_, false),
-        failed_(size_, 0) {
+        failed_(size_, 0),
+        before_(size_, kFrom) {
     node_known_[kFrom] = node_known_[kTo] = true;
     for (std::size_t i = 0; i < size_; ++i) {
       for (std::size_t j = 0; j < i; ++j) {
@@ -32,6 +31,8 @@ class ViaGraph {
   }
 
   std::optional<JointPath> search(const ViaSettings& settings, const Deadline& deadline) {
+    if (!settings.straight) drop(kFrom, kTo);
+    measureToGo();
     while (checks_ < settings.most_checks && !deadline.over()) {
       if (!shortest(settings.most)) return std::nullopt;
       if (!good()) continue;
@@ -45,31 +46,55 @@ class ViaGraph {
  private:
   static constexpr std::size_t kFrom = 0, kTo = 1;
 
-  /// Dijkstra; the way goes to way_. False if there is none cheaper than `most`.
+  /// A*; the way goes to way_. False if there is none cheaper than `most`.
   bool shortest(double most) {
-    std::vector<double> distance(size_, kNever);
-    std::vector<std::size_t> before(size_, kFrom);
-    std::vector<bool> done(size_, false);
-    distance[kFrom] = 0;
+    distance_.assign(size_, kNever);
+    done_.assign(size_, false);
+    distance_[kFrom] = 0;
     while (true) {
       std::size_t next = size_;
+      double least = kNever;
       for (std::size_t i = 0; i < size_; ++i) {
-        if (!done[i] && distance[i] < (next == size_ ? kNever : distance[next])) next = i;
+        const double whole = distance_[i] + to_go_[i];
+        if (!done_[i] && whole < least) {
+          least = whole;
+          next = i;
+        }
       }
-      if (next == size_ || distance[next] > most) return false;
+      if (next == size_ || least > most) return false;
       if (next == kTo) break;
-      done[next] = true;
-      for (std::size_t i = 0; i < size_; ++i) {
-        const double by = distance[next] + costs_[next * size_ + i];
-        if (by >= distance[i]) continue;
-        distance[i] = by;
-        before[i] = next;
-      }
+      done_[next] = true;
+      expand(next);
     }
     way_.assign(1, kTo);
-    while (way_.back() != kFrom) way_.push_back(before[way_.back()]);
+    while (way_.back() != kFrom) way_.push_back(before_[way_.back()]);
     std::reverse(way_.begin(), way_.end());
     return true;
+  }
+
+  void expand(std::size_t node) {
+    for (std::size_t i = 0; i < size_; ++i) {
+      const double by = distance_[node] + costs_[node * size_ + i];
+      if (by >= distance_[i]) continue;
+      distance_[i] = by;
+      before_[i] = node;
+    }
+  }
+
+  /// What is left to go from every node while no edge has been dropped: never too much later on.
+  void measureToGo() {
+    distance_.assign(size_, kNever);
+    done_.assign(size_, false);
+    distance_[kTo] = 0;
+    for (std::size_t n = 0; n < size_; ++n) {
+      std::size_t next = size_;
+      for (std::size_t i = 0; i < size_; ++i) {
+        if (!done_[i] && (next == size_ || distance_[i] < distance_[next])) next = i;
+      }
+      done_[next] = true;
+      expand(next);
+    }
+    to_go_ = distance_;
   }
 
   /// Looks at what is not known of the way, the cheap things first.
@@ -94,7 +119,7 @@ class ViaGraph {
     });
     for (const auto& [a, b] : order_) {
       ++checks_;
-      if (!restOfSegmentValid(problem_, nodes_[a], nodes_[b])) {
+      if (!segmentValid(problem_, nodes_[a], nodes_[b])) {
         drop(a, b);
         ++failed_[a];
         ++failed_[b];
@@ -122,6 +147,10 @@ class ViaGraph {
   std::vector<bool> known_;  ///< by pair: the segment is valid
   std::vector<bool> node_known_;
   std::vector<std::uint32_t> failed_;  ///< by node: segments found not valid
+  std::vector<double> to_go_;
+  std::vector<double> distance_;  // scratch, as the next two
+  std::vector<bool> done_;
+  std::vector<std::size_t> before_;
   std::vector<std::size_t> way_;
   std::vector<std::pair<std::size_t, std::size_t>> order_;  // scratch
   std::uint32_t checks_ = 0;

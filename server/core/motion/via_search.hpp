@@ -12,6 +12,7 @@ namespace handover {
 struct ViaSettings {
   double most = 0;                  ///< cost of a way that is too long to be worth a check
   std::uint32_t most_checks = 100;  ///< segments checked
+  bool straight = true;             ///< whether the straight segment may be a way
 };
 
 /// What a straight segment costs: >= 0.

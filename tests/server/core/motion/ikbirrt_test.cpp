@@ -77,6 +77,33 @@ TEST(IkBiRrt, PassesANarrowHoleInThePlane) {
   }
 }
 
+// A hole too narrow to be found, but somebody has been through it; or nearly.
+TEST(IkBiRrt, BeginsWithKnownWays) {
+  const MotionProblem problem = wallProblem(7, 0.02);
+  const ArmVector start = ArmVector::Constant(7, -2), end = ArmVector::Constant(7, 2);
+  ArmVector before = ArmVector::Constant(7, 0.5), behind = before;
+  before[0] = -0.5;
+  behind[0] = 0.5;
+  IkBiRrtSettings settings{.max_iterations = 300};
+  EXPECT_FALSE(planIkBiRrt(problem, start, listOf({end}), settings, {}));
+  const std::vector<ArmVector> there{before, behind}, back{behind, before};
+  for (const bool from_goal : {false, true}) {
+    settings.from_start = from_goal ? std::vector<ArmVector>{} : there;
+    settings.from_goal = from_goal ? back : std::vector<ArmVector>{};
+    const auto path = planIkBiRrt(problem, start, listOf({end}), settings, {});
+    ASSERT_TRUE(path) << path.error().detail;
+    EXPECT_EQ(path->waypoints.front(), start);
+    EXPECT_EQ(path->waypoints.back(), end);
+    EXPECT_TRUE(pathValid(problem, *path, problem.resolution));
+  }
+  // Outside the limits, through the wall: not gone on from there.
+  ArmVector outside = start;
+  outside[1] = -9;
+  settings.from_start = {outside, before, behind};
+  settings.from_goal = {start, behind, before};
+  EXPECT_FALSE(planIkBiRrt(problem, start, listOf({end}), settings, {}));
+}
+
 TEST(IkBiRrt, PassesAHoleInSevenJoints) {
   const MotionProblem problem = wallProblem(7, 1.2);
   const ArmVector start = joints({-2, -2, -2, -2, -2, -2, -2}), end = joints({2, 2, 2, 2, 2, 2, 2});
