@@ -89,12 +89,13 @@ class MovingGroups {
   const Group& at(int group) const { return groups_[static_cast<std::size_t>(group)]; }
 
   /// As seen from the `level`-th group on the way down to this one; 0: in the world.
-  Travel& seen(int group, int level) {
-    return seen_[static_cast<std::size_t>(group * levels_ + level)];
-  }
+  Travel& seen(int group, int level) { return seen_[seenIndex(group, level)]; }
 
-  const Travel& seen(int group, int level) const {
-    return seen_[static_cast<std::size_t>(group * levels_ + level)];
+  const Travel& seen(int group, int level) const { return seen_[seenIndex(group, level)]; }
+
+  std::size_t seenIndex(int group, int level) const {
+    return static_cast<std::size_t>(group) * static_cast<std::size_t>(levels_) +
+           static_cast<std::size_t>(level);
   }
 
   void boundTravel(int group);
