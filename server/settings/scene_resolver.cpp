@@ -5,6 +5,8 @@
 #include "core/model/geometry_shapes.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <system_error>
 
 namespace handover {
 namespace {
@@ -12,6 +14,7 @@ namespace {
 /// Positions may stick out of the limits by the rounding of written decimals.
 constexpr double kLimitSlack = 1e-6;
 constexpr int kSwivelSamples = 64;
+constexpr std::uintmax_t kMaxMeshMib = 512;  // of all meshes of a cell's objects
 
 class SceneResolver {
  public:
@@ -197,12 +200,32 @@ class SceneResolver {
     if (known != known_.end() && known->second.geometry == description.geometry) {
       return known->second.shapes;
     }
+    const std::uintmax_t bytes = meshBytes(description.geometry);
+    mesh_bytes_ += bytes;
+    if (bytes > 0 && mesh_bytes_ >> 20 > kMaxMeshMib) {
+      report_.add(path,
+                  "the meshes up to here have more than " + std::to_string(kMaxMeshMib) + " MiB");
+      return {};
+    }
     try {
       return shapesOf(description.geometry, root_, divide_);
     } catch (const FileError& error) {
       for (const FileFault& fault : error.faults()) report_.add(path, fault.text());
       return {};
     }
+  }
+
+  /// Of their files; what is wrong with these is for their reader to tell.
+  std::uintmax_t meshBytes(const Geometry& geometry) const {
+    std::uintmax_t bytes = 0;
+    if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) {
+      std::error_code missing;
+      bytes = std::filesystem::file_size(root_ / mesh->path, missing);
+      if (missing) bytes = 0;
+    } else if (const auto* compound = std::get_if<CompoundGeometry>(&geometry)) {
+      for (const GeometryPart& part : compound->parts) bytes += meshBytes(part.geometry);
+    }
+    return bytes;
   }
 
   void attach(const AttachmentDescription& description, const std::string& path,
@@ -384,6 +407,7 @@ class SceneResolver {
   const std::filesystem::path& root_;
   const MeshDivider& divide_;
   const std::map<std::string, KnownShapes>& known_;
+  std::uintmax_t mesh_bytes_ = 0;  ///< of the objects so far
   YamlReport& report_;
   ResolvedCell out_;
   std::vector<std::vector<Pose>> X_WL_;  ///< per robot, per link

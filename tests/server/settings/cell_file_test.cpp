@@ -127,6 +127,20 @@ std::ostream& operator<<(std::ostream& out, const BadCell& bad) { return out << 
 
 class CellFault : public ::testing::TestWithParam<BadCell> {};
 
+TEST(CellFile, BoundsAllMeshesTogether) {
+  const TinyRoot root;
+  std::string parts;
+  for (int i = 0; i < 9; ++i) {  // each by itself may be so large
+    const std::string name = "meshes/m" + std::to_string(i) + ".stl";
+    std::filesystem::resize_file(root.write(name, "solid"), std::uintmax_t{60} << 20);
+    parts += (i > 0 ? ", {" : "{") + ("geometry: {type: mesh, path: " + name + "}}");
+  }
+  EXPECT_THAT(root.faultsOf(with(kTinyCell, "{type: box, size: [1, 1, 0.5]}",
+                                 "{type: compound, parts: [" + parts + "]}")),
+              ElementsAre("16: objects.table.geometry: the meshes up to here have more than 512 "
+                          "MiB"));
+}
+
 TEST_P(CellFault, IsReportedWithItsLine) {
   const BadCell& bad = GetParam();
   EXPECT_THAT(TinyRoot().faultsOf(with(kTinyCell, bad.from, bad.to)), ElementsAre(bad.message));
