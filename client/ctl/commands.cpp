@@ -256,13 +256,18 @@ int runView(const CommonOptions& common, const ViewOptions& options) {
   if (!output.writable()) {
     return fail(common, kExitConfiguration, "cannot write " + options.output);
   }
+  std::string text;
   try {
-    const std::string text = verify::readPlanText(options.plan);
+    text = verify::readPlanText(options.plan);
+  } catch (const verify::Unreadable& fault) {
+    return fail(common, kExitUsage, fault.what());
+  }
+  try {
     if (!output.commit(view::planView(text, options.output, options.root))) {
       return fail(common, kExitConfiguration, "cannot write " + options.output);
     }
   } catch (const verify::Unreadable& fault) {
-    return fail(common, kExitUsage, fault.what());
+    return fail(common, kExitUsage, options.plan + ": " + fault.what());
   }
   return kExitDone;
 }

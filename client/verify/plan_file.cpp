@@ -417,6 +417,13 @@ std::string readPlanText(const std::filesystem::path& file) {
   return readFile(file, kMaxFileBytes);
 }
 
-Plan readPlan(const std::filesystem::path& file) { return parsePlan(readPlanText(file)); }
+Plan readPlan(const std::filesystem::path& file) {
+  const std::string text = readPlanText(file);
+  try {
+    return parsePlan(text);
+  } catch (const Unreadable& fault) {
+    throw Unreadable(file.string(), fault.what());
+  }
+}
 
 }  // namespace handover::verify

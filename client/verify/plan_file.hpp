@@ -84,7 +84,7 @@ Plan parsePlan(std::string_view text);
 /// The text of a plan file. @throws Unreadable when it cannot be opened or is too large.
 std::string readPlanText(const std::filesystem::path& file);
 
-/// Both. @throws Unreadable
+/// Both. @throws Unreadable naming the file, and the field in it.
 Plan readPlan(const std::filesystem::path& file);
 
 }  // namespace handover::verify

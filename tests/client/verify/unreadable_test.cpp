@@ -184,7 +184,9 @@ TEST(UnreadableText, IsRefused) {
   for (const std::string& bad :
        {std::string(), std::string("not json"), text.substr(0, text.size() / 2), text + "x",
         std::string("{\"format\": 1e999}"), std::string("\xff\xfe"), std::string(100'000, '[')}) {
-    EXPECT_EQ(verifyText(cell, bad).exit_code, 2) << bad.substr(0, 40);
+    const ProgramResult result = verifyText(cell, bad);
+    EXPECT_EQ(result.exit_code, 2) << bad.substr(0, 40);
+    EXPECT_THAT(result.output, HasSubstr(".json: /: ")) << bad.substr(0, 40);
   }
 }
 
