@@ -146,24 +146,27 @@ std::optional<JointPath> ExchangePlanner::throughVia(const Role& role, const Mot
                                                      const ArmVector& from, const ArmVector& to,
                                                      const std::vector<ArmVector>& known,
                                                      std::uint32_t checks) const {
+  // Nothing is cheaper than to go straight, and often that is free.
+  if (segmentValid(motion, from, to)) return JointPath{{from, to}};
   const auto cost = [&](const ArmVector& a, const ArmVector& b) {
     return travelTime(role, a, b) + kCornerTime;
   };
   ViaSettings settings;
   settings.most_checks = checks;
   settings.most = kViaDetour * travelTime(role, from, to) + kMostCorners * kCornerTime;
-  settings.straight = false;  // known not to be free
-  // Nothing is cheaper than to go straight, and often that is free.
-  if (segmentValid(motion, from, to)) return JointPath{{from, to}};
+  settings.straight = false;
   std::vector<ArmVector> vias = viasBetween(role, from, to);
   vias.insert(vias.end(), known.begin(), known.end());
   return cheapestWay(motion, from, to, std::move(vias), cost, settings, deadline_);
 }
 
-std::optional<BodyContact> ExchangePlanner::fingersHit(const Role& role, const CellState& state,
+std::optional<BodyContact> ExchangePlanner::fingersHit(const Role& role, CellState state,
+                                                       const ArmVector& q,
                                                        const Eigen::VectorXd& from,
                                                        const Eigen::VectorXd& to,
                                                        const AllowedContacts& contacts) const {
+  RobotVector& robot = state.q[static_cast<std::size_t>(role.robot)];
+  robot = role.withArm(std::move(robot), q);
   StateChecker checker = checkers_.make(state, role, role.hand->dofs, contacts);
   return checker.hitAlong(SegmentMotion(from, to));
 }
@@ -421,7 +424,8 @@ const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(
       checkers_.make(start_, giver_, giver_.arm_model->dofs, {.start_rest = true});
 
   const Pose X_WT = start_.X_WO * grasp.X_OT;
-  const auto giver = static_cast<std::size_t>(giver_.robot);
+  const Eigen::VectorXd fingers_start =
+      giver_.fingersOf(start_.q[static_cast<std::size_t>(giver_.robot)]);
 
   // Goals enter the goal tree as the search asks for them: each is the pre-grasp of one
   // configuration from which the straight approach and the lift exist.
@@ -446,10 +450,8 @@ const std::optional<ExchangePlanner::PickMotion>& ExchangePlanner::pickMotion(
       const CellState held = holding(start_, giver_, grasp, q);
       StateChecker held_checker = checkers_.make(held, giver_, giver_.arm_model->dofs,
                                                  {.giver_hand = true, .start_rest = true});
-      CellState come = start_;
-      come.q[giver] = giver_.withArm(come.q[giver], q);
       std::optional<JointPath> lift;
-      if (!fingersHit(giver_, come, giver_.fingersOf(come.q[giver]), grasp.closed,
+      if (!fingersHit(giver_, start_, q, fingers_start, grasp.closed,
                       {.giver_hand = true, .start_rest = true}) &&
           held_checker.valid(q)) {
         lift = lifted(giver_, q, X_WT, held_checker);
@@ -501,13 +503,13 @@ const std::optional<ExchangePlanner::PlaceMotion>& ExchangePlanner::placeMotion(
     if (!open_checker.valid(q)) continue;
     const auto back = backOff(receiver_, q, X_WT, open_checker);
     if (!back) continue;
-    CellState put = open;
-    put.q[robot] = receiver_.withArm(put.q[robot], q);
-    if (fingersHit(receiver_, put, grasp.closed, grasp.open, {.receiver_hand = true})) continue;
+    if (fingersHit(receiver_, open, q, grasp.closed, grasp.open, {.receiver_hand = true})) {
+      continue;
+    }
     const auto home = route(receiver_, back->waypoints.back(), receiver_.armOf(start_.q[robot]),
                             open_checker, StageKind::kReceiverRetreat, place.grasp);
     if (!home) continue;
-    found = PlaceMotion{q, reversed(*up), joined(*back, *home), *home};
+    found = PlaceMotion{q, reversed(*up), *back, *home};
     return found;
   }
   return found;
@@ -562,11 +564,9 @@ std::optional<ExchangePlanner::Hands> ExchangePlanner::joinHands(const HandoverT
       StateChecker leaving =
           checkers_.make(taken, giver_, giver_.arm_model->dofs, {.receiver_hand = true});
       if (!leaving.valid(q_g)) continue;
-      CellState come = given;
-      come.q[receiver] = receiver_.withArm(come.q[receiver], q_r);
-      const Eigen::VectorXd fingers_start = receiver_.fingersOf(start_.q[receiver]);
-      auto hit = fingersHit(receiver_, come, fingers_start, grasp_r.closed, both);
-      if (!hit) hit = fingersHit(giver_, taken, grasp_g.closed, grasp_g.open, both);
+      auto hit = fingersHit(receiver_, given, q_r, receiver_.fingersOf(start_.q[receiver]),
+                            grasp_r.closed, both);
+      if (!hit) hit = fingersHit(giver_, taken, q_g, grasp_g.closed, grasp_g.open, both);
       if (hit && ofHands(hit->a) && ofHands(hit->b)) return std::nullopt;
       if (hit) continue;
       const auto away = backOff(giver_, q_g, X_WTg, leaving);
@@ -718,7 +718,7 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
   now.q[receiver] = receiver_.withFingers(now.q[receiver], grasp_r.open);
   StagePath& retreat = stage(StageKind::kReceiverRetreat, receiver_, now, {}, {});
   retreat.early_contacts = {.receiver_hand = true};
-  setArmPath(retreat, place->retreat);
+  setArmPath(retreat, joined(place->back, place->home));
 
   Exchange exchange;
   exchange.stages = std::move(stages);

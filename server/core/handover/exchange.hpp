@@ -99,8 +99,7 @@ class ExchangePlanner {
 
   struct PlaceMotion {
     ArmVector q_place;
-    JointPath place, retreat;  ///< from above down to q_place; back and home
-    JointPath home;            ///< the last part of the retreat
+    JointPath place, back, home;  ///< from above down to q_place; straight back; from there home
   };
 
   struct Hands {
@@ -126,9 +125,9 @@ class ExchangePlanner {
   /// The state with the object in the role's hand, closed by the grasp, at an arm configuration.
   CellState holding(CellState state, const Role& role, const Grasp& grasp,
                     const ArmVector& q) const;
-  /// What the fingers touch, if anything, while they go straight from one posture to another, all
-  /// else as in the state.
-  std::optional<BodyContact> fingersHit(const Role& role, const CellState& state,
+  /// What the fingers touch, if anything, while they go straight from one posture to another, the
+  /// arm at a configuration, all else as in the state.
+  std::optional<BodyContact> fingersHit(const Role& role, CellState state, const ArmVector& q,
                                         const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                                         const AllowedContacts& contacts) const;
   std::optional<JointPath> straight(const Role& role, const ArmVector& q, const Pose& X_WT,

@@ -353,18 +353,20 @@ class IkBiRrt : public og::RRTConnect {
     std::vector<Motion*> roots;
     tree.list(roots);
     Motion* last = roots.front();
+    ArmVector at = toJoints(last->state, problem_.lower.size());
     for (const ArmVector& q : way) {
       if (!withinLimits(problem_, q)) return;
-      const ArmVector from = toJoints(last->state, q.size());
+      const ArmVector from = at;
       const double pieces = std::ceil(2 * (q - from).norm() / settings_.range);  // 0: there already
       for (double piece = 1; piece <= pieces; ++piece) {
         const ArmVector to = from + piece / pieces * (q - from);
-        if (!segmentValid(problem_, toJoints(last->state, q.size()), to)) return;
+        if (!segmentValid(problem_, at, to)) return;
         Eigen::Map<Eigen::VectorXd>(valuesOf(scratch), q.size()) = to;
         Motion* added = addRoot(tree, scratch);
         added->parent = last;
         added->root = last->root;
         last = added;
+        at = to;
       }
     }
   }

@@ -8,9 +8,13 @@ namespace handover {
 
 namespace {
 
-// Of joints [rad]; false for NaN, too.
-bool inBounds(const MotionProblem& problem, const ArmVector& move) {
-  const double largest = move.size() == 0 ? 0 : move.cwiseAbs().maxCoeff();
+// The largest of a joint [rad].
+double largestOf(const ArmVector& move) {
+  return move.size() == 0 ? 0 : move.cwiseAbs().maxCoeff();
+}
+
+// False for NaN, too.
+bool inBounds(const MotionProblem& problem, double largest) {
   return largest < 1e6 * problem.resolution;
 }
 
@@ -18,9 +22,9 @@ bool inBounds(const MotionProblem& problem, const ArmVector& move) {
 
 bool restOfSegmentValid(const MotionProblem& problem, const ArmVector& from, const ArmVector& to) {
   const ArmVector move = to - from;
-  if (!inBounds(problem, move) || !problem.valid(to)) return false;
+  const double largest = largestOf(move);
+  if (!inBounds(problem, largest) || !problem.valid(to)) return false;
   if (problem.valid_between) return problem.valid_between(from, to);
-  const double largest = move.size() == 0 ? 0 : move.cwiseAbs().maxCoeff();
   const int steps = static_cast<int>(std::ceil(largest / problem.resolution));
   // Bisection by levels: middle, quarters, eighths ... each inner point once.
   int stride = 1;
@@ -36,7 +40,8 @@ bool restOfSegmentValid(const MotionProblem& problem, const ArmVector& from, con
 }
 
 bool segmentValid(const MotionProblem& problem, const ArmVector& from, const ArmVector& to) {
-  if (problem.valid_between) return inBounds(problem, to - from) && problem.valid_between(from, to);
+  if (problem.valid_between)
+    return inBounds(problem, largestOf(to - from)) && problem.valid_between(from, to);
   return from.allFinite() && problem.valid(from) && restOfSegmentValid(problem, from, to);
 }
 
