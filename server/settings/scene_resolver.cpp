@@ -3,10 +3,9 @@
 
 #include "core/kinematics/arm_kinematics.hpp"
 #include "core/model/geometry_shapes.hpp"
+#include "core/model/mesh_reader.hpp"
 
 #include <algorithm>
-#include <cstdint>
-#include <system_error>
 
 namespace handover {
 namespace {
@@ -14,7 +13,6 @@ namespace {
 /// Positions may stick out of the limits by the rounding of written decimals.
 constexpr double kLimitSlack = 1e-6;
 constexpr int kSwivelSamples = 64;
-constexpr std::uintmax_t kMaxMeshMib = 512;  // of all meshes of a cell's objects
 
 class SceneResolver {
  public:
@@ -200,11 +198,8 @@ class SceneResolver {
     if (known != known_.end() && known->second.geometry == description.geometry) {
       return known->second.shapes;
     }
-    const std::uintmax_t bytes = meshBytes(description.geometry);
-    mesh_bytes_ += bytes;
-    if (bytes > 0 && mesh_bytes_ >> 20 > kMaxMeshMib) {
-      report_.add(path,
-                  "the meshes up to here have more than " + std::to_string(kMaxMeshMib) + " MiB");
+    if (const std::string fault = countMeshes(description.geometry); !fault.empty()) {
+      report_.add(path, fault);
       return {};
     }
     try {
@@ -215,17 +210,17 @@ class SceneResolver {
     }
   }
 
-  /// Of their files; what is wrong with these is for their reader to tell.
-  std::uintmax_t meshBytes(const Geometry& geometry) const {
-    std::uintmax_t bytes = 0;
+  /// What is wrong if all so far are too many, else empty.
+  std::string countMeshes(const Geometry& geometry) {
     if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) {
-      std::error_code missing;
-      bytes = std::filesystem::file_size(root_ / mesh->path, missing);
-      if (missing) bytes = 0;
-    } else if (const auto* compound = std::get_if<CompoundGeometry>(&geometry)) {
-      for (const GeometryPart& part : compound->parts) bytes += meshBytes(part.geometry);
+      return meshes_.add(root_ / mesh->path);
     }
-    return bytes;
+    if (const auto* compound = std::get_if<CompoundGeometry>(&geometry)) {
+      for (const GeometryPart& part : compound->parts) {
+        if (std::string fault = countMeshes(part.geometry); !fault.empty()) return fault;
+      }
+    }
+    return {};
   }
 
   void attach(const AttachmentDescription& description, const std::string& path,
@@ -407,7 +402,7 @@ class SceneResolver {
   const std::filesystem::path& root_;
   const MeshDivider& divide_;
   const std::map<std::string, KnownShapes>& known_;
-  std::uintmax_t mesh_bytes_ = 0;  ///< of the objects so far
+  MeshTotal meshes_;  ///< of the objects so far
   YamlReport& report_;
   ResolvedCell out_;
   std::vector<std::vector<Pose>> X_WL_;  ///< per robot, per link

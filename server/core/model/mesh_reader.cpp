@@ -19,6 +19,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <system_error>
 
 namespace handover {
 namespace {
@@ -26,6 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMaxMib = 64;
+constexpr std::uintmax_t kMaxTotalMib = 512;
 /// Of a part that is taken as it is, after merging. A hull of more vertices is of no use to
 /// collision checking, and the test of every vertex against every face stays below a second.
 constexpr std::size_t kMaxPartVertices = 8192;
@@ -324,6 +326,13 @@ std::vector<Shape> readConvexMesh(const fs::path& file, const Eigen::Vector3d& s
     refuse(file, "cannot be read as a mesh" + (detail.empty() ? "" : ": " + detail));
   }
   return PartCollector(file, *scene, scale, divide).collect();
+}
+
+std::string MeshTotal::add(const fs::path& file) {
+  std::error_code ignored;
+  if (const std::uintmax_t bytes = fs::file_size(file, ignored); !ignored) bytes_ += bytes;
+  if (bytes_ >> 20 <= kMaxTotalMib) return {};
+  return "the meshes up to here have more than " + std::to_string(kMaxTotalMib) + " MiB";
 }
 
 }  // namespace handover

@@ -4,7 +4,9 @@
 #include "core/decomposition/convex_parts.hpp"
 #include "core/model/shape.hpp"
 
+#include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace handover {
@@ -15,5 +17,16 @@ namespace handover {
 /// @throws FileError naming the file and what is wrong with it.
 std::vector<Shape> readConvexMesh(const std::filesystem::path& file, const Eigen::Vector3d& scale,
                                   const MeshDivider& divide = convexParts);
+
+/// The meshes of one robot, or of one cell's objects, which are bounded together.
+class MeshTotal {
+ public:
+  /// Counts a file; what is wrong if there are too many by now, else empty. A file that cannot be
+  /// looked at counts nothing: its reader tells.
+  std::string add(const std::filesystem::path& file);
+
+ private:
+  std::uintmax_t bytes_ = 0;
+};
 
 }  // namespace handover

@@ -17,8 +17,7 @@ using tinyxml2::XMLElement;
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxLinks = 4096, kMaxJoints = bounds::kJoints;  // joints that move
-constexpr std::uintmax_t kMaxMeshMib = 512;  // of all collision meshes of a robot
-constexpr double kMaxLength = 1000;          // [m]; angles of an origin as well [rad]
+constexpr double kMaxLength = 1000;  // [m]; angles of an origin as well [rad]
 constexpr double kMinScale = 1e-6;
 constexpr double kMaxLimit = 1e9, kAnyNumber = std::numeric_limits<double>::max();
 
@@ -241,11 +240,8 @@ class UrdfChecker {
     const std::pair key(uri, std::array{scale.x(), scale.y(), scale.z()});
     if (!load || checked_.meshes.contains(key)) return;
     const fs::path mesh = meshPath(uri, folder_);
-    std::error_code ignored;
-    if (const std::uintmax_t bytes = fs::file_size(mesh, ignored); !ignored) mesh_bytes_ += bytes;
-    if (mesh_bytes_ >> 20 > kMaxMeshMib) {
-      return faults_.add(form, at + ": the meshes up to here have more than " +
-                                   std::to_string(kMaxMeshMib) + " MiB");
+    if (const std::string fault = meshes_.add(mesh); !fault.empty()) {
+      return faults_.add(form, at + ": " + fault);
     }
     try {
       checked_.meshes.emplace(key, readConvexMesh(mesh, scale, divide_));
@@ -468,7 +464,7 @@ class UrdfChecker {
   std::vector<WrittenJoint> joints_;
   std::map<std::string, std::size_t> link_index_, joint_index_;
   std::set<std::string> materials_;
-  std::uintmax_t mesh_bytes_ = 0;
+  MeshTotal meshes_;
   std::vector<int> parent_joint_;  ///< per link: index in joints_, -1 for a root
   std::size_t root_ = 0;
 };
