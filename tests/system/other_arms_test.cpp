@@ -66,5 +66,21 @@ TEST_P(OtherArms, PlanIsCompleteAndVerified) {
   stop();
 }
 
+// Least squares tell slowly that there is no configuration; a request that fails asks for
+// thousands.
+TEST_F(ServedCells, ArmWithoutAClosedFormIsSoonToldThatTheOtherIsTooFar) {
+  serve("--cell " + kRoot + "/config/cells/exchange.yaml", kRoot);
+  for (const char* task : {"to_iiwa", "to_ur"}) {
+    // One second in fact.
+    const Finished failed = run(ctl(std::string("plan --cell exchange --mode first --task ") +
+                                    task + " --set robots.iiwa.base.xyz=[2.1,0,0.75]" +
+                                    " --set objects.iiwa_table.pose.xyz=[2.35,0,0.725]"),
+                                {}, 60s);
+    EXPECT_EQ(failed.status, 10) << failed.out << failed.err;
+    EXPECT_THAT(failed.out, testing::HasSubstr("no_handover_pose"));
+  }
+  stop();
+}
+
 }  // namespace
 }  // namespace handover::test

@@ -361,14 +361,22 @@ PrunedGrasps ExchangePlanner::pruneReceiverAt(const Pose& X_WH, const FeasibleGr
                      deadline_);
 }
 
-bool ExchangePlanner::giverReaches(const Pose& X_WH, const PrunedGrasps& picks) const {
+bool ExchangePlanner::reaches(const Role& role, const Pose& X_WT) {
+  const bool closed_form = role.kinematics->closedForm();
+  if (!closed_form && !role.mapReaches(X_WT)) return false;
+  const bool reached = role.reaches(X_WT);
+  if (!closed_form && !reached) ++searches_in_vain_;
+  return reached;
+}
+
+bool ExchangePlanner::giverReaches(const Pose& X_WH, const PrunedGrasps& picks) {
   return std::any_of(picks.kept.begin(), picks.kept.end(), [&](const FeasibleGrasp& pick) {
-    return giver_.reaches(X_WH * graspOf(giver_, pick).X_OT);
+    return reaches(giver_, X_WH * graspOf(giver_, pick).X_OT);
   });
 }
 
-bool ExchangePlanner::receiverReaches(const Pose& X_WH, const FeasibleGrasp& place) const {
-  return receiver_.reaches(X_WH * graspOf(receiver_, place).X_OT);
+bool ExchangePlanner::receiverReaches(const Pose& X_WH, const FeasibleGrasp& place) {
+  return reaches(receiver_, X_WH * graspOf(receiver_, place).X_OT);
 }
 
 PrunedGrasps ExchangePlanner::pruneGiverAt(const Pose& X_WH, const FeasibleGrasp& receive,

@@ -68,9 +68,14 @@ class ExchangePlanner {
   PrunedGrasps pruneReceiverAt(const Pose& X_WH, const FeasibleGrasp& place);
   /// Whether the giver's arm has any configuration at all with O at X_WH, by a grasp it can pick
   /// with: asked first, as most poses fail here and it costs the least.
-  bool giverReaches(const Pose& X_WH, const PrunedGrasps& picks) const;
+  bool giverReaches(const Pose& X_WH, const PrunedGrasps& picks);
   /// Whether the receiver's arm has any with its grasp there.
-  bool receiverReaches(const Pose& X_WH, const FeasibleGrasp& place) const;
+  bool receiverReaches(const Pose& X_WH, const FeasibleGrasp& place);
+
+  /// How often these two have searched for a configuration by least squares and found none, which
+  /// takes a hundred times as long as the closed form.
+  std::uint32_t searchesInVain() const { return searches_in_vain_; }
+
   /// Alg. 2: the giver's grasps (of those it can pick with) with O at X_WH and the receiver's hand
   /// in place.
   PrunedGrasps pruneGiverAt(const Pose& X_WH, const FeasibleGrasp& receive,
@@ -118,6 +123,7 @@ class ExchangePlanner {
     ArmVector q_r;  ///< where it began
   };
 
+  bool reaches(const Role& role, const Pose& X_WT);
   const std::optional<PickMotion>& pickMotion(const FeasibleGrasp& pick);
   const std::optional<PlaceMotion>& placeMotion(const FeasibleGrasp& place);
   std::optional<Hands> joinHands(const HandoverTuple& tuple);
@@ -175,6 +181,7 @@ class ExchangePlanner {
   std::map<int, std::optional<PickMotion>> picks_;    ///< by giver grasp
   std::map<int, std::optional<PlaceMotion>> places_;  ///< by receiver grasp
   std::vector<StuckTransfer> stuck_;
+  std::uint32_t searches_in_vain_ = 0;
 };
 
 }  // namespace handover

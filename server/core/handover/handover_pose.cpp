@@ -9,6 +9,9 @@
 namespace handover {
 namespace {
 
+// A direction on the border of two bins counts to both, as planar arms have them [rad].
+constexpr double kBesides = 0.01;
+
 /// Calls visit(centre) for the lattice points within `radius` of the shoulders' midpoint.
 template <typename Visit>
 void forEachPoint(const PlacedMap& giver, const PlacedMap& receiver, double radius,
@@ -31,15 +34,37 @@ void forEachPoint(const PlacedMap& giver, const PlacedMap& receiver, double radi
   }
 }
 
+/// Whether the predicate holds for the voxel of the point or one of the 26 round it.
+template <typename Predicate>
+bool anyVoxelNear(const PlacedMap& placed, const Eigen::Vector3d& p_W, const Predicate& holds) {
+  const Eigen::Vector3d p_A = placed.X_WA.inverse() * p_W;
+  for (int n = 0; n < 27; ++n) {
+    const Eigen::Vector3i step(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
+    const ReachabilityVoxel* voxel =
+        placed.map->find(p_A + placed.map->voxelSize() * step.cast<double>());
+    if (voxel != nullptr && holds(*voxel)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 bool PlacedMap::near(const Eigen::Vector3d& p_W) const {
-  const Eigen::Vector3d p_A = X_WA.inverse() * p_W;
-  for (int n = 0; n < 27; ++n) {
-    const Eigen::Vector3i step(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
-    if (map->find(p_A + map->voxelSize() * step.cast<double>()) != nullptr) return true;
+  return anyVoxelNear(*this, p_W, [](const ReachabilityVoxel&) { return true; });
+}
+
+bool PlacedMap::near(const Eigen::Vector3d& p_W, const Eigen::Vector3d& approach_W) const {
+  const Eigen::Vector3d approach_A = X_WA.linear().transpose() * approach_W;
+  const Eigen::Vector3d u = kBesides * approach_A.unitOrthogonal();
+  const Eigen::Vector3d v = approach_A.cross(u);
+  std::uint64_t bins = 0;
+  for (const Eigen::Vector3d& beside :
+       {Eigen::Vector3d::Zero().eval(), u, v, (-u).eval(), (-v).eval()}) {
+    bins |= std::uint64_t{1} << directionBin((approach_A + beside).normalized());
   }
-  return false;
+  return anyVoxelNear(*this, p_W, [bins](const ReachabilityVoxel& voxel) {
+    return (voxel.directions & bins) != 0;
+  });
 }
 
 std::vector<LatticePoint> crossMaps(const PlacedMap& giver, const PlacedMap& receiver,

@@ -27,9 +27,11 @@ constexpr int kWideAzimuths = 3;               // in so many directions
 constexpr std::uint32_t kWidePoses = 8'000;
 constexpr std::uint32_t kWidePosesCounted = 1'500;
 constexpr std::uint32_t kTiltedPoses = 150'000;  // most fall to a look at each arm's reach
-constexpr std::size_t kTuplesPerPose = 3;        // tuples of one pose whose motions are tried
-constexpr std::uint32_t kConnectAttempts = 60;   // tuples of a request whose motions are tried
-constexpr std::uint32_t kHandsAttempts = 600;    // tuples whose hands did not go together
+// Of each of these searches, for arms without a closed form: about a second.
+constexpr std::uint32_t kSearchesInVain = 10'000;
+constexpr std::size_t kTuplesPerPose = 3;       // tuples of one pose whose motions are tried
+constexpr std::uint32_t kConnectAttempts = 60;  // tuples of a request whose motions are tried
+constexpr std::uint32_t kHandsAttempts = 600;   // tuples whose hands did not go together
 
 /// Something ended the search before its answer: an outcome by itself.
 struct Ended {
@@ -334,8 +336,8 @@ bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
   const Pose X_WH = X_WT * grasp.X_OT.inverse();
   ++counts.poses_tried;
 
-  // Seldom so where the approach is tilted, and cheaper to find out.
-  if (departure.tilt != 0 && !pairing.exchange->receiverReaches(X_WH, place)) {
+  // One look, and the giver takes one for each of its grasps.
+  if (!pairing.exchange->receiverReaches(X_WH, place)) {
     rejects.add("no_ik");
     return false;
   }
@@ -408,6 +410,7 @@ bool HandoverSearch::tryPoses(Pairing& pairing, Widening widening) {
   if (points.empty()) return false;
   const std::size_t best_points = std::min(points.size(), kWidePoints);
   bool solved = false;
+  const std::uint32_t in_vain = pairing.exchange->searchesInVain();
   const auto tryPoints = [&](std::size_t first, std::size_t end, std::uint32_t most_poses) {
     // Another place more often helps than another turn at the same one: an arm that cannot fold so
     // far there cannot in any turn.
@@ -420,7 +423,8 @@ bool HandoverSearch::tryPoses(Pairing& pairing, Widening widening) {
         }
         for (const FeasibleGrasp* place : pairing.place_order) {
           checkDeadline();
-          const bool enough = counts.poses_tried >= most_poses;
+          const bool enough = counts.poses_tried >= most_poses ||
+                              pairing.exchange->searchesInVain() - in_vain >= kSearchesInVain;
           cut_ = cut_ || enough;
           if (enough || spent()) break;
           solved = tryPose(pairing, *place, points[point], departure, counts, rejects);

@@ -44,9 +44,15 @@ Eigen::VectorXd Role::fingersOf(const RobotVector& q) const {
   return q_fingers;
 }
 
+bool Role::mapReaches(const Pose& X_WT) const {
+  return map.near(X_WT.translation(), X_WT.linear() * arm_model->approach_axis);
+}
+
 bool Role::reaches(const Pose& X_WT) const {
   IkQuery query;
-  query.swivel_samples = PruneEffort{}.swivels;
+  // Of the poses within reach of arms of six and seven joints least squares miss 0.5 % at most with
+  // half their starts; where there is nothing to find all of these are in vain.
+  query.swivel_samples = PruneEffort{}.swivels / (kinematics->closedForm() ? 1 : 2);
   const auto enough = [](const ArmVector&) { return false; };
   return kinematics->visit(worldToArm(X_WT), query, enough).solutions > 0;
 }

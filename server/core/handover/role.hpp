@@ -41,6 +41,8 @@ struct Role {
   /// X_WT at an arm configuration.
   Pose toolPose(const ArmVector& q_arm) const { return map.X_WA * kinematics->toolPose(q_arm); }
 
+  /// Whether the map has seen the tool about there, with about that approach direction.
+  bool mapReaches(const Pose& X_WT) const;
   /// Whether any configuration at all, within limits, brings the tool there.
   bool reaches(const Pose& X_WT) const;
 

@@ -108,12 +108,13 @@ bool descend(const Chain& chain, const Pose& X_AT, ArmVector& q) {
     if (withinTolerance(error, kPoseTolerance)) return true;
     // Joints that the gradient pushes into their limit take no part in this step.
     const ArmVector gradient = J.transpose() * error;
+    ArmJacobian free_J = J;
     for (int i = 0; i < n; ++i) {
       const bool pushed =
           (q[i] <= lower[i] && gradient[i] < 0) || (q[i] >= upper[i] && gradient[i] > 0);
-      if (pushed) J.col(i).setZero();
+      if (pushed) free_J.col(i).setZero();
     }
-    ArmVector dq = leastStep(J, error, factor * cost + kFloor);
+    ArmVector dq = leastStep(free_J, error, factor * cost + kFloor);
     const double longest = dq.cwiseAbs().maxCoeff();
     if (longest > kLongestStep) dq *= kLongestStep / longest;
     const ArmVector next = (q + dq).cwiseMax(lower).cwiseMin(upper);
@@ -130,7 +131,6 @@ bool descend(const Chain& chain, const Pose& X_AT, ArmVector& q) {
     } else {
       factor *= 6;
       if (!(factor * cost < 1e4)) return false;
-      chain.toolPose(q, J);
     }
   }
   return withinTolerance(error, kPoseTolerance);
