@@ -357,9 +357,9 @@ class IkBiRrt : public og::RRTConnect {
     for (const ArmVector& q : way) {
       if (!withinLimits(problem_, q)) return;
       const ArmVector from = at;
-      const double pieces = std::ceil(2 * (q - from).norm() / settings_.range);  // 0: there already
-      for (double piece = 1; piece <= pieces; ++piece) {
-        const ArmVector to = from + piece / pieces * (q - from);
+      const int pieces = static_cast<int>(std::ceil(2 * (q - from).norm() / settings_.range));
+      for (int piece = 1; piece <= pieces; ++piece) {  // none if it is there already
+        const ArmVector to = from + static_cast<double>(piece) / pieces * (q - from);
         if (!segmentValid(problem_, at, to)) return;
         Eigen::Map<Eigen::VectorXd>(valuesOf(scratch), q.size()) = to;
         Motion* added = addRoot(tree, scratch);
