@@ -27,7 +27,7 @@ constexpr int kWideAzimuths = 3;               // in so many directions
 constexpr std::uint32_t kWidePoses = 8'000;
 constexpr std::uint32_t kWidePosesCounted = 1'500;
 constexpr std::uint32_t kTiltedPoses = 150'000;  // most fall to a look at each arm's reach
-// Of each of these searches, for arms without a closed form: about a second.
+// Of each of the searches that `wide` adds, for arms without a closed form: about a second.
 constexpr std::uint32_t kSearchesInVain = 10'000;
 constexpr std::size_t kTuplesPerPose = 3;       // tuples of one pose whose motions are tried
 constexpr std::uint32_t kConnectAttempts = 60;  // tuples of a request whose motions are tried
@@ -423,8 +423,9 @@ bool HandoverSearch::tryPoses(Pairing& pairing, Widening widening) {
         }
         for (const FeasibleGrasp* place : pairing.place_order) {
           checkDeadline();
-          const bool enough = counts.poses_tried >= most_poses ||
-                              pairing.exchange->searchesInVain() - in_vain >= kSearchesInVain;
+          const bool enough =
+              counts.poses_tried >= most_poses ||
+              (widened && pairing.exchange->searchesInVain() - in_vain >= kSearchesInVain);
           cut_ = cut_ || enough;
           if (enough || spent()) break;
           solved = tryPose(pairing, *place, points[point], departure, counts, rejects);
