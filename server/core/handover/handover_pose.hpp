@@ -21,8 +21,9 @@ struct PlacedMap {
 
   /// True when the voxel of the point, or one of the 26 round it, is reached.
   bool near(const Eigen::Vector3d& p_W) const;
-  /// And with the tool's approach axis in the same of the map's 64 bins. Of the poses that an arm
-  /// reaches 0.4 % at most are missed, of those that it does not reach 9 in 10 are told.
+  /// And with the tool's approach axis in the same of the map's 64 bins, or one next to it if it
+  /// lies on the border. Of the poses that an arm reaches 0.4 % at most are missed, of those that
+  /// it does not reach 9 in 10 are told.
   bool near(const Eigen::Vector3d& p_W, const Eigen::Vector3d& approach_W) const;
 };
 

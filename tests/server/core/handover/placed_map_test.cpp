@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/handover/handover_pose.hpp"
 #include "support/arm_models.hpp"
+#include "support/random_configurations.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <random>
 #include <stdexcept>
 
@@ -34,19 +34,9 @@ class PlacedArm {
     return placed.near(X_WT.translation(), X_WT.linear() * approach_T_);
   }
 
-  ArmVector configuration() {
-    std::uniform_real_distribution<double> fraction(0, 1);
-    ArmVector q(kinematics.dofs());
-    for (int i = 0; i < kinematics.dofs(); ++i) {
-      q[i] = kinematics.lower()[i] +
-             fraction(generator) * (kinematics.upper()[i] - kinematics.lower()[i]);
-    }
-    return q;
-  }
-
   ArmKinematics kinematics;
+  RandomConfigurations configurations{kinematics, 23};
   PlacedMap placed;
-  std::mt19937_64 generator{23};
 
  private:
   TemporaryFolder folder_;
@@ -59,7 +49,7 @@ TEST(PlacedMap, HasSeenAlmostEveryPoseThatTheArmReaches) {
     PlacedArm arm(model);
     int missed = 0;
     for (int i = 0; i < 5000; ++i) {
-      if (!arm.near(arm.kinematics.toolPose(arm.configuration()))) ++missed;
+      if (!arm.near(arm.kinematics.toolPose(arm.configurations.next()))) ++missed;
     }
     EXPECT_LE(missed, 25) << model.name;
   }
@@ -68,11 +58,11 @@ TEST(PlacedMap, HasSeenAlmostEveryPoseThatTheArmReaches) {
 TEST(PlacedMap, TellsMostPosesThatTheArmDoesNotReach) {
   for (const RobotModel& model : {ur5eArm(), pandaArm()}) {
     PlacedArm arm(model);
+    std::mt19937_64 random(23);
     std::normal_distribution<double> normal;
     int out_of_reach = 0, told = 0;
     while (out_of_reach < 500) {
       Pose X_AT = Pose::Identity();
-      auto& random = arm.generator;
       X_AT.linear() =
           Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random))
               .normalized()
@@ -97,7 +87,7 @@ TEST(PlacedMap, TakesADirectionOnABorderForEitherBin) {
   model.arms.front().approach_axis = Vector3d::UnitX();
   PlacedArm arm(model, {.samples = 100'000});
   for (int i = 0; i < 200; ++i) {
-    const Pose X_AT = arm.kinematics.toolPose(arm.configuration());
+    const Pose X_AT = arm.kinematics.toolPose(arm.configurations.next());
     for (const double aside : {0.0, 1e-9, -1e-9}) {
       EXPECT_TRUE(arm.near(X_AT * Eigen::AngleAxisd(aside, Vector3d::UnitY())));
     }

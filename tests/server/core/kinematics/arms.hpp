@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of this folder share: the arms by name, and random configurations.
+// What the tests of this folder share: the arms by name.
 #pragma once
 
 #include "core/kinematics/arm_kinematics.hpp"
 #include "support/arm_models.hpp"
+#include "support/random_configurations.hpp"
 
 #include <gtest/gtest.h>
-
-#include <random>
 
 namespace handover::test {
 
@@ -48,26 +47,6 @@ inline const std::vector<NamedArm> kArms = {
 };
 
 inline std::string armName(const testing::TestParamInfo<NamedArm>& info) { return info.param.name; }
-
-class RandomConfigurations {
- public:
-  RandomConfigurations(const ArmKinematics& arm, std::uint64_t seed)
-      : arm_(arm), generator_(seed) {}
-
-  double fraction() { return static_cast<double>(generator_() >> 11) * 0x1p-53; }
-
-  ArmVector next() {
-    ArmVector q(arm_.dofs());
-    for (int i = 0; i < q.size(); ++i) {
-      q[i] = arm_.lower()[i] + fraction() * (arm_.upper()[i] - arm_.lower()[i]);
-    }
-    return q;
-  }
-
- private:
-  const ArmKinematics& arm_;
-  std::mt19937_64 generator_;
-};
 
 /// Largest difference between two poses' entries: metres and, for small angles, radians.
 inline double poseDistance(const Pose& X, const Pose& Y) {
