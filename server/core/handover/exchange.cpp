@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/handover/exchange.hpp"
 
+#include "core/motion/lazy_roadmap.hpp"
 #include "core/motion/straight.hpp"
-#include "core/motion/via_search.hpp"
 
 #include <handover/common/random.hpp>
 
@@ -151,13 +151,13 @@ std::optional<JointPath> ExchangePlanner::throughVia(const Role& role, const Mot
   const auto cost = [&](const ArmVector& a, const ArmVector& b) {
     return travelTime(role, a, b) + kCornerTime;
   };
-  ViaSettings settings;
+  LazyRoadmapSettings settings;
   settings.most_checks = checks;
   settings.most = kViaDetour * travelTime(role, from, to) + kMostCorners * kCornerTime;
   settings.straight = false;
   std::vector<ArmVector> vias = viasBetween(role, from, to);
   vias.insert(vias.end(), known.begin(), known.end());
-  return cheapestWay(motion, from, to, std::move(vias), cost, settings, deadline_);
+  return lazyShortestPath(motion, from, to, std::move(vias), cost, settings, deadline_);
 }
 
 std::optional<BodyContact> ExchangePlanner::fingersHit(const Role& role, CellState state,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/motion/via_search.hpp"
+#include "core/motion/lazy_roadmap.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -30,7 +30,7 @@ class ViaGraph {
     }
   }
 
-  std::optional<JointPath> search(const ViaSettings& settings, const Deadline& deadline) {
+  std::optional<JointPath> search(const LazyRoadmapSettings& settings, const Deadline& deadline) {
     if (!settings.straight) drop(kFrom, kTo);
     measureToGo();
     while (checks_ < settings.most_checks && !deadline.over()) {
@@ -158,10 +158,11 @@ class ViaGraph {
 
 }  // namespace
 
-std::optional<JointPath> cheapestWay(const MotionProblem& problem, const ArmVector& from,
-                                     const ArmVector& to, std::vector<ArmVector> vias,
-                                     const SegmentCost& cost, const ViaSettings& settings,
-                                     const Deadline& deadline) {
+std::optional<JointPath> lazyShortestPath(const MotionProblem& problem, const ArmVector& from,
+                                          const ArmVector& to, std::vector<ArmVector> vias,
+                                          const SegmentCost& cost,
+                                          const LazyRoadmapSettings& settings,
+                                          const Deadline& deadline) {
   std::vector<ArmVector> nodes{from, to};
   nodes.insert(nodes.end(), std::make_move_iterator(vias.begin()),
                std::make_move_iterator(vias.end()));

@@ -9,7 +9,7 @@
 
 namespace handover {
 
-struct ViaSettings {
+struct LazyRoadmapSettings {
   double most = 0;                  ///< cost of a way that is too long to be worth a check
   std::uint32_t most_checks = 100;  ///< segments checked
   bool straight = true;             ///< whether the straight segment may be a way
@@ -23,9 +23,10 @@ using SegmentCost = std::function<double(const ArmVector& from, const ArmVector&
 /// none below `most`, or none was found in time. Segments are checked only where the cheapest way
 /// left leads over them. Same arguments, same answer.
 /// @pre `from` and `to` are valid.
-std::optional<JointPath> cheapestWay(const MotionProblem& problem, const ArmVector& from,
-                                     const ArmVector& to, std::vector<ArmVector> vias,
-                                     const SegmentCost& cost, const ViaSettings& settings,
-                                     const Deadline& deadline);
+std::optional<JointPath> lazyShortestPath(const MotionProblem& problem, const ArmVector& from,
+                                          const ArmVector& to, std::vector<ArmVector> vias,
+                                          const SegmentCost& cost,
+                                          const LazyRoadmapSettings& settings,
+                                          const Deadline& deadline);
 
 }  // namespace handover
