@@ -213,7 +213,7 @@ std::optional<JointPath> ExchangePlanner::lifted(const Role& role, const ArmVect
 std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVector& from,
                                                  const GoalSampler& goals, StateChecker& checker,
                                                  StageKind kind, int grasp, Ends ends,
-                                                 std::uint32_t* goal, const KnownWays& known) {
+                                                 std::uint32_t* goal, const SeedPaths& known) {
   const MotionProblem motion = motionProblem(role, checker);
   // Where a tree was needed before, it is needed again.
   const bool hard = known.from_start.size() > kSimpleWay;
@@ -245,7 +245,7 @@ std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVect
 
 std::optional<JointPath> ExchangePlanner::route(const Role& role, const ArmVector& from,
                                                 const ArmVector& to, StateChecker& checker,
-                                                StageKind kind, int grasp, const KnownWays& known) {
+                                                StageKind kind, int grasp, const SeedPaths& known) {
   const auto only_goal = [&](std::uint32_t i, ArmVector& q) {
     q = to;
     return i == 0;
@@ -656,7 +656,7 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
                    {&giver_}),
              pick->lift);
   now = holding(now, giver_, grasp_g, pick->lift.waypoints.back());
-  KnownWays came_by;  // it may go back by the way that it came
+  SeedPaths came_by;  // it may go back by the way that it came
   {
     StagePath& transfer =
         stage(StageKind::kGiverTransfer, giver_, now, {.giver_hand = true}, {&giver_});

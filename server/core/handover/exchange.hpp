@@ -113,7 +113,7 @@ class ExchangePlanner {
   };
 
   /// Where an arm has found its way before, much else as now.
-  struct KnownWays {
+  struct SeedPaths {
     std::vector<ArmVector> from_start, from_goal;  ///< in the order that they lead away from there
   };
 
@@ -151,7 +151,7 @@ class ExchangePlanner {
                                   StateChecker& checker);
   std::optional<JointPath> route(const Role& role, const ArmVector& from, const ArmVector& to,
                                  StateChecker& checker, StageKind kind, int grasp,
-                                 const KnownWays& known = {});
+                                 const SeedPaths& known = {});
   /// Configurations that a way which is not straight may well lead through.
   std::vector<ArmVector> viasBetween(const Role& role, const ArmVector& from,
                                      const ArmVector& to) const;
@@ -166,7 +166,7 @@ class ExchangePlanner {
   /// goals to choose from.
   std::optional<JointPath> search(const Role& role, const ArmVector& from, const GoalSampler& goals,
                                   StateChecker& checker, StageKind kind, int grasp, Ends ends,
-                                  std::uint32_t* goal = nullptr, const KnownWays& known = {});
+                                  std::uint32_t* goal = nullptr, const SeedPaths& known = {});
   MotionProblem motionProblem(const Role& role, StateChecker& checker) const;
   std::uint64_t seedFor(StageKind kind, int grasp) const;
 
