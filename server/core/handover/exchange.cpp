@@ -104,7 +104,7 @@ std::vector<ArmVector> ExchangePlanner::viasBetween(const Role& role, const ArmV
     const Pose X_WT = role.toolPose(*end);
     const auto add = [&](const Pose& X_WT_via) {
       ArmVector q;
-      if (role.kinematics->follow(role.worldToArm(X_WT_via), *end, kFarthestVia, q)) {
+      if (role.kinematics->trackPose(role.worldToArm(X_WT_via), *end, kFarthestVia, q)) {
         vias.push_back(q);
       }
     };

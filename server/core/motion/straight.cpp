@@ -55,7 +55,7 @@ Result<JointPath> straightLine(const FollowIk& follow, const ArmVector& q_from,
       X_AT.linear() = quat_from.slerp(s, quat_to).toRotationMatrix();
     }
     ArmVector q;
-    if (!follow(X_AT, path.waypoints.back(), settings.max_joint_step, q)) {
+    if (!trackPose(X_AT, path.waypoints.back(), settings.max_joint_step, q)) {
       return {ErrorCode::kUnreachable, passed(k - 1, steps)};
     }
     path.waypoints.push_back(q);

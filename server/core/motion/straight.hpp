@@ -38,7 +38,7 @@ inline Result<JointPath> straightLine(const ArmKinematics& kinematics, const Arm
                                       const StraightSettings& settings = {}) {
   const FollowIk follow = [&](const Pose& X_AT, const ArmVector& q_near, double max_step,
                               ArmVector& q) {
-    return kinematics.follow(X_AT, q_near, max_step, q);
+    return kinematics.trackPose(X_AT, q_near, max_step, q);
   };
   return straightLine(follow, q_from, X_AT_from, X_AT_to, settings);
 }
