@@ -98,7 +98,7 @@ Eigen::Matrix3d handoverRotation(const Eigen::Matrix3d& R_WT_goal,
                                  const Eigen::Vector3d& approach_T,
                                  const Eigen::Vector3d& p_WShoulder_giver,
                                  const Eigen::Vector3d& p_WShoulder_receiver,
-                                 const Departure& departure) {
+                                 const ApproachOffset& offset) {
   const Eigen::Vector3d approach_W = R_WT_goal * approach_T;
   const Eigen::Vector3d z_shoulder = (p_WShoulder_giver - p_WShoulder_receiver).normalized();
   const Eigen::Vector3d axis = approach_W.cross(z_shoulder);
@@ -111,11 +111,11 @@ Eigen::Matrix3d handoverRotation(const Eigen::Matrix3d& R_WT_goal,
     R_least = Eigen::AngleAxisd(M_PI, R_WT_goal.col(0)).toRotationMatrix();
   }
   Eigen::Matrix3d R_turned =
-      Eigen::AngleAxisd(departure.turn, z_shoulder).toRotationMatrix() * R_least * R_WT_goal;
-  if (departure.tilt == 0) return R_turned;
+      Eigen::AngleAxisd(offset.turn, z_shoulder).toRotationMatrix() * R_least * R_WT_goal;
+  if (offset.tilt == 0) return R_turned;
   const Eigen::Vector3d across =
-      Eigen::AngleAxisd(departure.azimuth, z_shoulder) * z_shoulder.unitOrthogonal();
-  return Eigen::AngleAxisd(departure.tilt, across).toRotationMatrix() * R_turned;
+      Eigen::AngleAxisd(offset.azimuth, z_shoulder) * z_shoulder.unitOrthogonal();
+  return Eigen::AngleAxisd(offset.tilt, across).toRotationMatrix() * R_turned;
 }
 
 }  // namespace handover

@@ -48,18 +48,18 @@ std::vector<LatticePoint> receiverPoints(const PlacedMap& giver, const PlacedMap
 
 /// From the paper's orientation [rad]: first a turn about z_shoulder; then the approach axis is
 /// tilted away from z_shoulder, in the direction that the azimuth chooses.
-struct Departure {
+struct ApproachOffset {
   double turn = 0, tilt = 0, azimuth = 0;
 };
 
 /// The receiver's hand orientation at the handover: the least rotation that turns its approach axis
 /// at the goal, R_WT_goal * approach_T, onto z_shoulder = giver's - receiver's shoulder; if
-/// antiparallel, half a turn about the hand's x axis. Then the departure from it, if any.
+/// antiparallel, half a turn about the hand's x axis. Then the offset from it, if any.
 /// @pre approach_T unit; the shoulders differ.
 Eigen::Matrix3d handoverRotation(const Eigen::Matrix3d& R_WT_goal,
                                  const Eigen::Vector3d& approach_T,
                                  const Eigen::Vector3d& p_WShoulder_giver,
                                  const Eigen::Vector3d& p_WShoulder_receiver,
-                                 const Departure& departure = {});
+                                 const ApproachOffset& offset = {});
 
 }  // namespace handover

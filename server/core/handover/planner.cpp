@@ -63,14 +63,14 @@ std::vector<LatticeCell> latticeOf(const std::vector<LatticePoint>& points) {
 }
 
 /// How far the search goes from the paper's handover poses.
-enum class Widening { kNone, kTurned, kTilted };
+enum class SearchTier { kNone, kTurned, kTilted };
 
-std::vector<Departure> departures(Widening widening) {
-  if (widening == Widening::kNone) return {{}};
-  std::vector<Departure> all;
+std::vector<ApproachOffset> offsetsOf(SearchTier tier) {
+  if (tier == SearchTier::kNone) return {{}};
+  std::vector<ApproachOffset> all;
   for (int turn = 0; turn < kWideTurns; ++turn) {
     const double turned = 2 * M_PI * turn / kWideTurns;
-    if (widening == Widening::kTurned) {
+    if (tier == SearchTier::kTurned) {
       all.push_back({turned, 0, 0});
       continue;
     }
@@ -127,9 +127,9 @@ class HandoverSearch {
   bool wide() const { return problem_.search == SearchWidth::kWide; }
 
   static double handsApart(const Pairing& pairing);
-  bool tryPoses(Pairing& pairing, Widening widening);
+  bool tryPoses(Pairing& pairing, SearchTier tier);
   bool tryPose(Pairing& pairing, const FeasibleGrasp& place, const LatticePoint& point,
-               const Departure& departure, HandoverCandidates& counts, RejectTally& rejects);
+               const ApproachOffset& offset, HandoverCandidates& counts, RejectTally& rejects);
   bool tryTuples(Pairing& pairing, std::vector<HandoverTuple> tuples, std::size_t most);
   void keepSolution(const Pairing& pairing, const Exchange& exchange,
                     std::vector<StageTrajectory> trajectories);
@@ -323,7 +323,7 @@ bool HandoverSearch::tryTuples(Pairing& pairing, std::vector<HandoverTuple> tupl
 }
 
 bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
-                             const LatticePoint& point, const Departure& departure,
+                             const LatticePoint& point, const ApproachOffset& offset,
                              HandoverCandidates& counts, RejectTally& rejects) {
   const Role& receiver = *pairing.receiver;
   const Grasp& grasp = receiver.grasps->grasps[static_cast<std::size_t>(place.grasp)];
@@ -331,7 +331,7 @@ bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
   Pose X_WT = Pose::Identity();
   X_WT.linear() =
       handoverRotation(X_WT_goal.linear(), receiver.arm_model->approach_axis,
-                       pairing.giver->map.p_WShoulder, receiver.map.p_WShoulder, departure);
+                       pairing.giver->map.p_WShoulder, receiver.map.p_WShoulder, offset);
   X_WT.translation() = point.p_W;
   const Pose X_WH = X_WT * grasp.X_OT.inverse();
   ++counts.poses_tried;
@@ -389,8 +389,8 @@ double HandoverSearch::handsApart(const Pairing& pairing) {
 }
 
 /// Goes through handover poses, best placing first; true when a plan was emitted.
-bool HandoverSearch::tryPoses(Pairing& pairing, Widening widening) {
-  const bool widened = widening != Widening::kNone;
+bool HandoverSearch::tryPoses(Pairing& pairing, SearchTier tier) {
+  const bool widened = tier != SearchTier::kNone;
   HandoverCandidates counts;
   RejectTally rejects;
   counts.giver_arm = pairing.giver->armName();
@@ -414,10 +414,10 @@ bool HandoverSearch::tryPoses(Pairing& pairing, Widening widening) {
   const auto tryPoints = [&](std::size_t first, std::size_t end, std::uint32_t most_poses) {
     // Another place more often helps than another turn at the same one: an arm that cannot fold so
     // far there cannot in any turn.
-    for (const Departure& departure : departures(widening)) {
+    for (const ApproachOffset& offset : offsetsOf(tier)) {
       for (std::size_t point = first; point < end && !solved; ++point) {
         // The paper's, tried already.
-        if (widened && point == 0 && departure.turn == 0 && departure.tilt == 0 &&
+        if (widened && point == 0 && offset.turn == 0 && offset.tilt == 0 &&
             !pairing.points.empty()) {
           continue;
         }
@@ -428,14 +428,14 @@ bool HandoverSearch::tryPoses(Pairing& pairing, Widening widening) {
               (widened && pairing.exchange->searchesInVain() - in_vain >= kSearchesInVain);
           cut_ = cut_ || enough;
           if (enough || spent()) break;
-          solved = tryPose(pairing, *place, points[point], departure, counts, rejects);
+          solved = tryPose(pairing, *place, points[point], offset, counts, rejects);
           if (solved) break;
         }
       }
       if (solved) break;
     }
   };
-  if (widening == Widening::kTilted) {
+  if (tier == SearchTier::kTilted) {
     tryPoints(0, points.size(), kTiltedPoses);
   } else {
     tryPoints(0, best_points, problem_.mode == SearchMode::kAll ? kWidePosesCounted : kWidePoses);
@@ -518,12 +518,12 @@ Outcome HandoverSearch::search() {
   std::vector<bool> usable(pairings.size());
   for (std::size_t i = 0; i < pairings.size(); ++i) {
     usable[i] = open(pairings[i]);
-    if (usable[i] && tryPoses(pairings[i], Widening::kNone)) return Done{0, true};
+    if (usable[i] && tryPoses(pairings[i], SearchTier::kNone)) return Done{0, true};
   }
   if (wide()) {
-    for (const Widening widening : {Widening::kTurned, Widening::kTilted}) {
+    for (const SearchTier tier : {SearchTier::kTurned, SearchTier::kTilted}) {
       for (std::size_t i = 0; i < pairings.size(); ++i) {
-        if (usable[i] && tryPoses(pairings[i], widening)) return Done{0, true};
+        if (usable[i] && tryPoses(pairings[i], tier)) return Done{0, true};
       }
     }
   }

@@ -72,8 +72,8 @@ TEST(HandoverRotation, TiltsTheApproachAxisByTheAngleGiven) {
         handoverRotation(R_goal, approach, giver, receiver, {.turn = 0.1 * i});
     std::vector<Vector3d> tilted;
     for (int k = 0; k < 6; ++k) {
-      const Departure departure{.turn = 0.1 * i, .tilt = 0.4, .azimuth = k * M_PI / 3};
-      const Matrix3d R = handoverRotation(R_goal, approach, giver, receiver, departure);
+      const ApproachOffset offset{.turn = 0.1 * i, .tilt = 0.4, .azimuth = k * M_PI / 3};
+      const Matrix3d R = handoverRotation(R_goal, approach, giver, receiver, offset);
       EXPECT_NEAR(std::acos((R * approach).dot(z_shoulder)), 0.4, 1e-9);
       EXPECT_NEAR(rotationAngle(R * R_turned.transpose()), 0.4, 1e-9);
       tilted.push_back(R * approach);
