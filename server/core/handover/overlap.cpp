@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/handover/overlap.hpp"
 
-#include "core/collision/two_movers.hpp"
+#include "core/collision/robot_pair_checker.hpp"
 #include "core/handover/timed_motion.hpp"
 
 #include <algorithm>
@@ -56,7 +56,7 @@ double headStart(const CheckerFactory& checkers, const Leg& giver, const Leg& re
                  double most) {
   StateChecker giver_checker = giver.checker(checkers);
   StateChecker receiver_checker = receiver.checker(checkers);
-  TwoMovers both(giver_checker, receiver_checker);
+  RobotPairChecker both(giver_checker, receiver_checker);
   const auto free = [&](double head_start) {
     const TimedMotion giver_motion(giver.path(), giver.duration() - head_start, giver.duration());
     const TimedMotion receiver_motion(receiver.path(), 0, head_start);

@@ -10,11 +10,11 @@ namespace handover {
 /// Tests what one robot moves against what another robot moves, carried objects included; each
 /// against everything else is for the two checkers by themselves. Standing pairs and those that
 /// either setup allows are left out.
-class TwoMovers {
+class RobotPairChecker {
  public:
   /// @throws std::invalid_argument unless the checkers move two robots of one world, which must
   /// outlive this.
-  TwoMovers(StateChecker& first, StateChecker& second);
+  RobotPairChecker(StateChecker& first, StateChecker& second);
 
   /// As StateChecker::validAlong(), of motions whose states are the first's dofs and then the
   /// second's. Leaves the movers anywhere.

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/collision/two_movers.hpp"
+#include "core/collision/robot_pair_checker.hpp"
 
 #include <stdexcept>
 
 namespace handover {
 
-TwoMovers::TwoMovers(StateChecker& first, StateChecker& second)
+RobotPairChecker::RobotPairChecker(StateChecker& first, StateChecker& second)
     : world_(&first.world()), moving_(first.movingBodies()), groups_(first.groups()) {
   if (&second.world() != world_ || first.setup().robot == second.setup().robot) {
     throw std::invalid_argument("two movers are two robots of one world");
@@ -35,7 +35,7 @@ TwoMovers::TwoMovers(StateChecker& first, StateChecker& second)
   }
 }
 
-bool TwoMovers::validAlong(const JointMotion& motion) {
+bool RobotPairChecker::validAlong(const JointMotion& motion) {
   return proof_.free(*world_, pairs_, groups_, moving_, moving_index_, motion, 0, 1,
                      kPlannedClearance, nullptr);
 }
