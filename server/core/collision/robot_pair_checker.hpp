@@ -2,7 +2,7 @@
 // Two robots that move at once.
 #pragma once
 
-#include "core/collision/motion_proof.hpp"
+#include "core/collision/continuous_collision_checker.hpp"
 #include "core/collision/state_checker.hpp"
 
 namespace handover {
@@ -26,7 +26,7 @@ class RobotPairChecker {
   MovingGroups groups_;
   std::vector<int> moving_index_;  ///< by body; -1: not in `moving_`
   PairList pairs_;
-  MotionProof proof_;
+  ContinuousCollisionChecker proof_;
 };
 
 }  // namespace handover

@@ -4,8 +4,8 @@
 #pragma once
 
 #include "core/collision/collision_scene.hpp"
+#include "core/collision/continuous_collision_checker.hpp"
 #include "core/collision/joint_motion.hpp"
-#include "core/collision/motion_proof.hpp"
 #include "core/collision/moving_groups.hpp"
 
 namespace handover {
@@ -148,7 +148,7 @@ class StateChecker {
   // Scratch.
   std::vector<bool> moved_;  ///< by link
   std::vector<int> moved_links_;
-  MotionProof proof_;
+  ContinuousCollisionChecker proof_;
 };
 
 }  // namespace handover

@@ -9,7 +9,7 @@
 namespace handover {
 
 /// Scratch for proofs over one world; see StateChecker::validAlong() for what is proven.
-class MotionProof {
+class ContinuousCollisionChecker {
  public:
   /// False when a pair touches: it goes to `hit`. Moves the bodies in the world.
   /// @pre the groups have their posture and their balls.

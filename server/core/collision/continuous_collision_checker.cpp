@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/collision/motion_proof.hpp"
+#include "core/collision/continuous_collision_checker.hpp"
 
 #include <stdexcept>
 
 namespace handover {
 
-bool MotionProof::free(CollisionWorld& world, const PairList& pairs, MovingGroups& groups,
-                       const std::vector<MovingBody>& moving, const std::vector<int>& moving_index,
-                       const JointMotion& motion, double from, double to,
-                       const Clearance& clearance, BodyContact* hit) {
+bool ContinuousCollisionChecker::free(CollisionWorld& world, const PairList& pairs,
+                                      MovingGroups& groups, const std::vector<MovingBody>& moving,
+                                      const std::vector<int>& moving_index,
+                                      const JointMotion& motion, double from, double to,
+                                      const Clearance& clearance, BodyContact* hit) {
   const auto indexOf = [&](BodyId body) { return moving_index[static_cast<std::size_t>(body)]; };
   rows_ = pairs.rows();
   stretches_.assign(1, {from, to, 0, rows_.size()});
