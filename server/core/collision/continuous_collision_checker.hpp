@@ -8,7 +8,7 @@
 
 namespace handover {
 
-/// Scratch for proofs over one world; see StateChecker::validAlong() for what is proven.
+/// Scratch for proofs over one world; see StateChecker::isMotionFree() for what is proven.
 class ContinuousCollisionChecker {
  public:
   /// False when a pair touches: it goes to `hit`. Moves the bodies in the world.

@@ -35,7 +35,7 @@ RobotPairChecker::RobotPairChecker(StateChecker& first, StateChecker& second)
   }
 }
 
-bool RobotPairChecker::validAlong(const JointMotion& motion) {
+bool RobotPairChecker::isMotionFree(const JointMotion& motion) {
   return proof_.free(*world_, pairs_, groups_, moving_, moving_index_, motion, 0, 1,
                      kPlannedClearance, nullptr);
 }

@@ -16,9 +16,9 @@ class RobotPairChecker {
   /// outlive this.
   RobotPairChecker(StateChecker& first, StateChecker& second);
 
-  /// As StateChecker::validAlong(), of motions whose states are the first's dofs and then the
+  /// As StateChecker::isMotionFree(), of motions whose states are the first's dofs and then the
   /// second's. Leaves the movers anywhere.
-  bool validAlong(const JointMotion& motion);
+  bool isMotionFree(const JointMotion& motion);
 
  private:
   CollisionWorld* world_;

@@ -272,8 +272,8 @@ bool StateChecker::freeAlong(const JointMotion& motion, double from, double to,
   return free;
 }
 
-bool StateChecker::validAlong(const JointMotion& motion, double from, double to,
-                              const Clearance& clearance) {
+bool StateChecker::isMotionFree(const JointMotion& motion, double from, double to,
+                                const Clearance& clearance) {
   return freeAlong(motion, from, to, clearance, nullptr);
 }
 

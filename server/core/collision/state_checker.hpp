@@ -60,8 +60,8 @@ class StateChecker {
   /// all along it the shapes keep `clearance.proven`. A pair is looked at as often as its distance
   /// and the travel of its links ask for, by halving the motion (Schwarzer, Saha, Latombe 2005).
   /// @throws std::invalid_argument when its states have the wrong size or are not finite.
-  bool validAlong(const JointMotion& motion, double from = 0, double to = 1,
-                  const Clearance& clearance = kPlannedClearance);
+  bool isMotionFree(const JointMotion& motion, double from = 0, double to = 1,
+                    const Clearance& clearance = kPlannedClearance);
   /// A pair that touches on the motion, if any.
   std::optional<BodyContact> hitAlong(const JointMotion& motion, double from = 0, double to = 1,
                                       const Clearance& clearance = kPlannedClearance);

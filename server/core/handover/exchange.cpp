@@ -90,7 +90,7 @@ MotionProblem ExchangePlanner::motionProblem(const Role& role, StateChecker& che
   motion.upper = role.kinematics->upper();
   motion.valid = [&checker](const ArmVector& q) { return checker.valid(q); };
   motion.valid_between = [&checker](const ArmVector& from, const ArmVector& to) {
-    return checker.validAlong(SegmentMotion(from, to));
+    return checker.isMotionFree(SegmentMotion(from, to));
   };
   motion.rounding = kRounding;
   return motion;
@@ -176,7 +176,7 @@ std::optional<JointPath> ExchangePlanner::straight(const Role& role, const ArmVe
                                                    StateChecker& checker) {
   auto line = straightLine(*role.kinematics, q, role.worldToArm(X_WT), role.worldToArm(X_WT_end));
   if (!line || !checker.valid(line->waypoints.back()) ||
-      !checker.validAlong(PolylineMotion(line->waypoints))) {
+      !checker.isMotionFree(PolylineMotion(line->waypoints))) {
     return std::nullopt;
   }
   return std::move(*line);

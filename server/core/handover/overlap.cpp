@@ -60,7 +60,7 @@ double headStart(const CheckerFactory& checkers, const Leg& giver, const Leg& re
   const auto free = [&](double head_start) {
     const TimedMotion giver_motion(giver.path(), giver.duration() - head_start, giver.duration());
     const TimedMotion receiver_motion(receiver.path(), 0, head_start);
-    return both.validAlong(BothMotions(giver_motion, receiver_motion));
+    return both.isMotionFree(BothMotions(giver_motion, receiver_motion));
   };
   int eighths = kHeadStarts;
   while (eighths > 0 && !free(most * eighths / kHeadStarts)) --eighths;
