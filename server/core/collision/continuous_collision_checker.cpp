@@ -12,16 +12,16 @@ bool ContinuousCollisionChecker::free(CollisionWorld& world, const PairList& pai
                                       const Clearance& clearance, BodyContact* hit) {
   const auto indexOf = [&](BodyId body) { return moving_index[static_cast<std::size_t>(body)]; };
   rows_ = pairs.rows();
-  stretches_.assign(1, {from, to, 0, rows_.size()});
+  intervals_.assign(1, {from, to, 0, rows_.size()});
   // Breadth first: what touches is found by few looks spread over the motion.
-  for (std::size_t i = 0; i < stretches_.size(); ++i) {
-    const Stretch it = stretches_[i];
-    motion.stretch(it.from, it.to, stretch_);
-    if (stretch_.q_middle.size() != groups.dofs() || !stretch_.q_middle.allFinite()) {
+  for (std::size_t i = 0; i < intervals_.size(); ++i) {
+    const Interval it = intervals_[i];
+    motion.stretch(it.from, it.to, interval_);
+    if (interval_.q_middle.size() != groups.dofs() || !interval_.q_middle.allFinite()) {
       throw std::invalid_argument("one finite position per moving dof");
     }
-    groups.place(stretch_.q_middle);
-    groups.boundTravel(stretch_);
+    groups.place(interval_.q_middle);
+    groups.boundTravel(interval_);
     const PairList::Row* rows = rows_.data() + it.first;
     const std::size_t count = it.last - it.first;
     // Only the bodies of the pairs that are left.
@@ -53,8 +53,8 @@ bool ContinuousCollisionChecker::free(CollisionWorld& world, const PairList& pai
     const std::size_t first = rows_.size();
     rows_.insert(rows_.end(), undecided_.begin(), undecided_.end());
     const double middle = 0.5 * (it.from + it.to);
-    stretches_.push_back({it.from, middle, first, rows_.size()});
-    stretches_.push_back({middle, it.to, first, rows_.size()});
+    intervals_.push_back({it.from, middle, first, rows_.size()});
+    intervals_.push_back({middle, it.to, first, rows_.size()});
   }
   return true;
 }

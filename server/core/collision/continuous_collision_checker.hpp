@@ -22,15 +22,15 @@ class ContinuousCollisionChecker {
 
  private:
   /// Part of a motion, and the pairs that may meet on it.
-  struct Stretch {
+  struct Interval {
     double from, to;
     std::size_t first, last;  ///< in rows_
   };
 
-  std::vector<Stretch> stretches_;
+  std::vector<Interval> intervals_;
   std::vector<PairList::Row> rows_, undecided_;
   std::vector<bool> wanted_;  ///< by index in `moving`
-  MotionStretch stretch_;
+  MotionInterval interval_;
 };
 
 }  // namespace handover

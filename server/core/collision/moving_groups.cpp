@@ -92,7 +92,7 @@ void MovingGroups::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
   }
 }
 
-void MovingGroups::boundTravel(const MotionStretch& stretch) {
+void MovingGroups::boundTravel(const MotionInterval& stretch) {
   seen_.resize(groups_.size() * static_cast<std::size_t>(levels_));
   for (int i = 0; i < size(); ++i) {
     Group& group = groups_[static_cast<std::size_t>(i)];

@@ -54,7 +54,7 @@ class MovingGroups {
   const Pose& pose(int group) const { return at(group).X_WG; }
 
   /// Lets the dofs move along a stretch of a motion, from its middle, where they are placed.
-  void boundTravel(const MotionStretch& stretch);
+  void boundTravel(const MotionInterval& stretch);
 
   /// No point of the group's ball then gets farther than this in the world [m].
   double travel(int group) const { return group < 0 ? 0.0 : at(group).travel; }

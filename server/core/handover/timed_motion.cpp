@@ -5,7 +5,7 @@
 
 namespace handover {
 
-void TimedMotion::stretch(double from, double to, MotionStretch& out) const {
+void TimedMotion::stretch(double from, double to, MotionInterval& out) const {
   const double t_from = begin_ + from * (end_ - begin_), t_to = begin_ + to * (end_ - begin_);
   const double t_middle = 0.5 * (t_from + t_to), half = 0.5 * (t_to - t_from);
   evaluate(path_, t_middle, out.q_middle, qd_);

@@ -16,7 +16,7 @@ class TimedMotion : public JointMotion {
   TimedMotion(const TimedPath& path, double begin, double end)
       : path_(path), begin_(begin), end_(end) {}
 
-  void stretch(double from, double to, MotionStretch& out) const override;
+  void stretch(double from, double to, MotionInterval& out) const override;
 
  private:
   const TimedPath& path_;

@@ -55,7 +55,7 @@ TEST_F(MovingGroupsTest, NothingTravelsFartherThanTheBound) {
   double tightest = 0, tightest_beyond = 0;
   for (int round = 0; round < 300; ++round) {
     // Straight motions, bent ones, and some that go anywhere.
-    MotionStretch stretch{Eigen::VectorXd(3), Eigen::VectorXd(3), Eigen::VectorXd(3)};
+    MotionInterval stretch{Eigen::VectorXd(3), Eigen::VectorXd(3), Eigen::VectorXd(3)};
     for (int j = 0; j < 3; ++j) {
       stretch.q_middle[j] = in(-2, 2);
       stretch.along[j] = round % 3 == 2 ? 0 : in(-0.3, 0.3);
@@ -104,7 +104,7 @@ TEST_F(MovingGroupsTest, SiblingsMoveAgainstEachOtherAsTheirParentSeesIt) {
   groups_.setBall(a, ball);
   groups_.setBall(b, ball);
   for (int round = 0; round < 200; ++round) {
-    MotionStretch stretch{Eigen::VectorXd(3), Eigen::VectorXd(3), Eigen::VectorXd(3)};
+    MotionInterval stretch{Eigen::VectorXd(3), Eigen::VectorXd(3), Eigen::VectorXd(3)};
     for (int j = 0; j < 3; ++j) {
       stretch.q_middle[j] = in(-2, 2);
       stretch.along[j] = in(-0.3, 0.3);

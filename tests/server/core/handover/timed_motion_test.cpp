@@ -30,7 +30,7 @@ TEST(TimedMotion, StaysNearTheLineOfItsPart) {
     const double a = unit(random), b = unit(random);
     expectNearTheLine(motion, std::min(a, b), std::max(a, b), at);
     // Smooth as it is, what the line leaves goes down with the square of the part.
-    MotionStretch whole, tenth;
+    MotionInterval whole, tenth;
     motion.stretch(0.4, 0.5, whole);
     motion.stretch(0.44, 0.45, tenth);
     EXPECT_LE(tenth.rest.maxCoeff(), 0.1 * whole.rest.maxCoeff() + 1e-9);
