@@ -3,7 +3,7 @@
 // worker.
 #pragma once
 
-#include "core/collision/moving_groups.hpp"
+#include "core/collision/rigid_groups.hpp"
 #include "core/model/scene.hpp"
 
 #include <bit>
@@ -151,7 +151,7 @@ static_assert(kTimedClearance.looked <= kPlannedClearance.proven);
 class BodyTravel {
  public:
   /// @param index  in `moving`, by body; -1: stands still
-  BodyTravel(const MovingGroups& groups, const std::vector<MovingBody>& moving,
+  BodyTravel(const RigidGroups& groups, const std::vector<MovingBody>& moving,
              const std::vector<int>& index)
       : groups_(groups), moving_(moving), index_(index) {}
 
@@ -167,7 +167,7 @@ class BodyTravel {
     return i < 0 ? -1 : moving_[static_cast<std::size_t>(i)].group;
   }
 
-  const MovingGroups& groups_;
+  const RigidGroups& groups_;
   const std::vector<MovingBody>& moving_;
   const std::vector<int>& index_;
 };

@@ -6,7 +6,7 @@
 namespace handover {
 
 bool ContinuousCollisionChecker::free(CollisionWorld& world, const PairList& pairs,
-                                      MovingGroups& groups, const std::vector<MovingBody>& moving,
+                                      RigidGroups& groups, const std::vector<MovingBody>& moving,
                                       const std::vector<int>& moving_index,
                                       const JointMotion& motion, double from, double to,
                                       const Clearance& clearance, BodyContact* hit) {

@@ -4,7 +4,7 @@
 
 #include "core/collision/collision_scene.hpp"
 #include "core/collision/joint_motion.hpp"
-#include "core/collision/moving_groups.hpp"
+#include "core/collision/rigid_groups.hpp"
 
 namespace handover {
 
@@ -15,7 +15,7 @@ class ContinuousCollisionChecker {
   /// @pre the groups have their posture and their balls.
   /// @throws std::invalid_argument when the motion's states do not fit the groups or are not
   /// finite.
-  bool free(CollisionWorld& world, const PairList& pairs, MovingGroups& groups,
+  bool free(CollisionWorld& world, const PairList& pairs, RigidGroups& groups,
             const std::vector<MovingBody>& moving, const std::vector<int>& moving_index,
             const JointMotion& motion, double from, double to, const Clearance& clearance,
             BodyContact* hit);

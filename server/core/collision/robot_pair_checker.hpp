@@ -23,7 +23,7 @@ class RobotPairChecker {
  private:
   CollisionWorld* world_;
   std::vector<MovingBody> moving_;  ///< the first's, then the second's; so the groups
-  MovingGroups groups_;
+  RigidGroups groups_;
   std::vector<int> moving_index_;  ///< by body; -1: not in `moving_`
   PairList pairs_;
   ContinuousCollisionChecker proof_;

@@ -6,7 +6,7 @@
 #include "core/collision/collision_scene.hpp"
 #include "core/collision/continuous_collision_checker.hpp"
 #include "core/collision/joint_motion.hpp"
-#include "core/collision/moving_groups.hpp"
+#include "core/collision/rigid_groups.hpp"
 
 namespace handover {
 
@@ -99,7 +99,7 @@ class StateChecker {
   /// until the setup changes. So are the groups from then on.
   const std::vector<MovingBody>& movingBodies();
 
-  const MovingGroups& groups() const { return groups_; }
+  const RigidGroups& groups() const { return groups_; }
 
  private:
   /// Where a moving body hangs: its link, and its pose there.
@@ -130,7 +130,7 @@ class StateChecker {
 
   CollisionWorld* world_;
   StateCheckerSetup setup_;
-  MovingGroups groups_;
+  RigidGroups groups_;
   std::vector<BodyId> moving_;
   std::vector<Mount> mounts_;              ///< of the moving bodies, in their order
   std::vector<MovingBody> moving_bodies_;  ///< the same bodies

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/collision/moving_groups.hpp"
+#include "core/collision/rigid_groups.hpp"
 
 #include "small_robots.hpp"
 
@@ -19,7 +19,7 @@ class MovingGroupsTest : public testing::Test {
   /// The arm's two hinges and, after them, the fingers' slide with its mimic.
   const std::vector<int> dofs_{0, 1, 2};
   std::shared_ptr<const RobotModel> model_ = twoArmRobot();
-  MovingGroups groups_{*model_, dofs_};
+  RigidGroups groups_{*model_, dofs_};
   std::mt19937_64 random_{7};
 
   void SetUp() override {

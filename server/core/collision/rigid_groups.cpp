@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/collision/moving_groups.hpp"
+#include "core/collision/rigid_groups.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@ double speed(const Twist& twist, const Eigen::Vector3d& middle_W, double radius)
 
 }  // namespace
 
-MovingGroups::MovingGroups(const RobotModel& model, const std::vector<int>& dofs)
+RigidGroups::RigidGroups(const RobotModel& model, const std::vector<int>& dofs)
     : dofs_(static_cast<int>(dofs.size())), group_of_(model.links.size(), -1) {
   for (std::size_t link = 0; link < model.links.size(); ++link) {
     if (model.links[link].parent_joint < 0) continue;
@@ -43,7 +43,7 @@ MovingGroups::MovingGroups(const RobotModel& model, const std::vector<int>& dofs
   }
 }
 
-void MovingGroups::append(const MovingGroups& other) {
+void RigidGroups::append(const RigidGroups& other) {
   const int before = size();
   for (Group group : other.groups_) {
     if (group.parent >= 0) group.parent += before;
@@ -54,7 +54,7 @@ void MovingGroups::append(const MovingGroups& other) {
   levels_ = std::max(levels_, other.levels_);
 }
 
-void MovingGroups::setPosture(const RobotModel& model, const std::vector<Pose>& X_WL) {
+void RigidGroups::setPosture(const RobotModel& model, const std::vector<Pose>& X_WL) {
   for (Group& group : groups_) {
     const Joint& joint = model.joints[static_cast<std::size_t>(
         model.links[static_cast<std::size_t>(group.link)].parent_joint)];
@@ -64,7 +64,7 @@ void MovingGroups::setPosture(const RobotModel& model, const std::vector<Pose>& 
   }
 }
 
-void MovingGroups::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
+void RigidGroups::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
   for (Group& group : groups_) {
     const double position = group.multiplier * q[group.state_index] + group.offset;
     Pose& X_WG = group.X_WG;
@@ -92,7 +92,7 @@ void MovingGroups::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
   }
 }
 
-void MovingGroups::boundTravel(const MotionInterval& stretch) {
+void RigidGroups::boundTravel(const MotionInterval& stretch) {
   seen_.resize(groups_.size() * static_cast<std::size_t>(levels_));
   for (int i = 0; i < size(); ++i) {
     Group& group = groups_[static_cast<std::size_t>(i)];
@@ -117,7 +117,7 @@ void MovingGroups::boundTravel(const MotionInterval& stretch) {
 // The joints from the outermost inwards, each turning what the outer ones may have moved: travel :=
 // travel + (distance of the ball from the axis, at most + travel) * angle; and with the speed and
 // the acceleration that a point has in a turning frame.
-void MovingGroups::boundTravel(int group) {
+void RigidGroups::boundTravel(int group) {
   const Ball& ball = at(group).ball;
   if (ball.radius < 0) {
     std::fill_n(&seen(group, 0), levels_, Travel{});
@@ -144,7 +144,7 @@ void MovingGroups::boundTravel(int group) {
   }
 }
 
-PairMotion MovingGroups::approach(int a, int b) const {
+PairMotion RigidGroups::approach(int a, int b) const {
   // What is above the group that both hang on moves them as one.
   int i = a, j = b;
   while (i != j) {

@@ -20,14 +20,14 @@ struct Ball {
 /// Parents come before children. -1 stands for all that no joint moves. No allocation but in the
 /// constructor and at the first bounds. Set a posture, then place(), then boundTravel(): each needs
 /// the ones before.
-class MovingGroups {
+class RigidGroups {
  public:
   /// @param dofs  those that move, in the order of the states asked.
-  MovingGroups(const RobotModel& model, const std::vector<int>& dofs);
+  RigidGroups(const RobotModel& model, const std::vector<int>& dofs);
 
   /// Puts another robot's groups behind these, and its dofs behind theirs. groupOf() goes on
   /// speaking of the first robot's links.
-  void append(const MovingGroups& other);
+  void append(const RigidGroups& other);
 
   int size() const { return static_cast<int>(groups_.size()); }
 
