@@ -22,7 +22,7 @@ struct HandModel {
 };
 
 /// @throws std::invalid_argument if the arm has no hand or the palm has no shapes.
-HandModel cutHand(const RobotModel& model, int arm);
+HandModel extractEndEffector(const RobotModel& model, int arm);
 
 /// Distances that make a grasp legal; all with reserve over what the planner and a verifier ask
 /// for.
@@ -38,9 +38,9 @@ struct GraspRules {
 };
 
 /// The object at the origin of the world, the hand anywhere. Not thread-safe; deterministic.
-class HandCloser {
+class FingerClosing {
  public:
-  HandCloser(const SceneObject& object, HandModel hand, const GraspRules& rules);
+  FingerClosing(const SceneObject& object, HandModel hand, const GraspRules& rules);
 
   const HandModel& hand() const { return hand_; }
 

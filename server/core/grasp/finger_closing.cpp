@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/grasp/hand_closer.hpp"
+#include "core/grasp/finger_closing.hpp"
 
 #include "core/grasp/surface_samples.hpp"
 
@@ -127,7 +127,7 @@ std::shared_ptr<const CollisionScene> handAndObject(const SceneObject& object,
 
 }  // namespace
 
-HandModel cutHand(const RobotModel& model, int arm) {
+HandModel extractEndEffector(const RobotModel& model, int arm) {
   if (arm < 0 || arm >= static_cast<int>(model.arms.size()))
     throw std::invalid_argument("no such arm");
   const Arm& a = model.arms[at(arm)];
@@ -166,7 +166,7 @@ HandModel cutHand(const RobotModel& model, int arm) {
   return cut;
 }
 
-HandCloser::HandCloser(const SceneObject& object, HandModel hand, const GraspRules& rules)
+FingerClosing::FingerClosing(const SceneObject& object, HandModel hand, const GraspRules& rules)
     : hand_(std::move(hand)), rules_(rules), world_(handAndObject(object, hand_)) {
   const RobotModel& model = *hand_.model;
   const CollisionScene& scene = world_.scene();
@@ -234,12 +234,12 @@ HandCloser::HandCloser(const SceneObject& object, HandModel hand, const GraspRul
   }
 }
 
-int HandCloser::fingerOf(const std::string& link) const {
+int FingerClosing::fingerOf(const std::string& link) const {
   const int index = hand_.model->findLink(link);
   return index < 0 ? -1 : finger_[at(index)];
 }
 
-void HandCloser::set(const Pose& X_OT, const VectorXd& q) {
+void FingerClosing::set(const Pose& X_OT, const VectorXd& q) {
   const RobotModel& model = *hand_.model;
   RobotVector posture = restingPosture(model);
   for (std::size_t i = 0; i < hand_.hand.dofs.size(); ++i)
@@ -248,7 +248,7 @@ void HandCloser::set(const Pose& X_OT, const VectorXd& q) {
   world_.setRobot(0, X_WL_);
 }
 
-double HandCloser::handToObject(double max, double enough) {
+double FingerClosing::handToObject(double max, double enough) {
   double least = max;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const auto found = world_.distance(bodies_[i], object_, least);
@@ -261,8 +261,8 @@ double HandCloser::handToObject(double max, double enough) {
   return least;
 }
 
-std::optional<double> HandCloser::advance(const Pose& X_OT, const VectorXd& q, double far,
-                                          double near) {
+std::optional<double> FingerClosing::advance(const Pose& X_OT, const VectorXd& q, double far,
+                                             double near) {
   double back = far;
   for (int step = 0; step < kMaxSteps; ++step) {
     const Eigen::Vector3d offset_T = -back * hand_.approach_T;
@@ -276,7 +276,7 @@ std::optional<double> HandCloser::advance(const Pose& X_OT, const VectorXd& q, d
   return back;
 }
 
-double HandCloser::freeTravel(int dof) {
+double FingerClosing::freeTravel(int dof) {
   double fastest = 1e-6;
   for (const Mover& mover : movers_[at(dof)]) fastest = std::max(fastest, mover.reach);
   // Nobody is asked for more than would still shorten the travel.
@@ -297,7 +297,7 @@ double HandCloser::freeTravel(int dof) {
   return travel;
 }
 
-void HandCloser::closeJoint(const Pose& X_OT, int dof, VectorXd& q) {
+void FingerClosing::closeJoint(const Pose& X_OT, int dof, VectorXd& q) {
   const double end = hand_.hand.closed[dof];
   for (int step = 0; step < kMaxSteps && q[dof] != end; ++step) {
     set(X_OT, q);
@@ -308,7 +308,7 @@ void HandCloser::closeJoint(const Pose& X_OT, int dof, VectorXd& q) {
   }
 }
 
-VectorXd HandCloser::close(const Pose& X_OT, const VectorXd& open) {
+VectorXd FingerClosing::close(const Pose& X_OT, const VectorXd& open) {
   VectorXd q = open;
   const std::vector<int>& dofs = hand_.hand.dofs;
   for (const auto& finger : hand_.hand.fingers) {
@@ -321,7 +321,7 @@ VectorXd HandCloser::close(const Pose& X_OT, const VectorXd& open) {
   return q;
 }
 
-std::vector<GraspContact> HandCloser::contacts(const Pose& X_OT, const VectorXd& closed) {
+std::vector<GraspContact> FingerClosing::contacts(const Pose& X_OT, const VectorXd& closed) {
   set(X_OT, closed);
   const RobotModel& model = *hand_.model;
   std::vector<GraspContact> found;
@@ -346,7 +346,7 @@ std::vector<GraspContact> HandCloser::contacts(const Pose& X_OT, const VectorXd&
   return {};
 }
 
-bool HandCloser::lineIsFree(const Pose& X_OT, const VectorXd& from, const VectorXd& to) {
+bool FingerClosing::lineIsFree(const Pose& X_OT, const VectorXd& from, const VectorXd& to) {
   const VectorXd way = to - from;
   double speed = 1e-6;  // greatest of any link over the whole line
   for (const BodyId body : bodies_) {
@@ -371,8 +371,8 @@ bool HandCloser::lineIsFree(const Pose& X_OT, const VectorXd& from, const Vector
   return true;
 }
 
-std::optional<VectorXd> HandCloser::leastOpening(const Pose& X_OT, const VectorXd& closed,
-                                                 const VectorXd& open) {
+std::optional<VectorXd> FingerClosing::leastOpening(const Pose& X_OT, const VectorXd& closed,
+                                                    const VectorXd& open) {
   for (const double part : kOpenings) {
     const VectorXd opening = closed + part * (open - closed);
     set(X_OT, opening);
