@@ -169,7 +169,7 @@ double hullVolume(const std::vector<Vector3d>& points) {
 
 /// Cuts where the two hulls become smallest together.
 std::pair<MeshPiece, MeshPiece> cutBest(const MeshPiece& piece, double volume,
-                                        const ReachGrid& grid) {
+                                        const SignedDistanceGrid& grid) {
   double least = std::numeric_limits<double>::infinity();
   Cut best;
   for (const Cut& cut : cutsOf(piece)) {
@@ -183,7 +183,7 @@ std::pair<MeshPiece, MeshPiece> cutBest(const MeshPiece& piece, double volume,
 }
 
 /// Hulls of pieces that all fit; nullopt when it takes more than `most`.
-std::optional<std::vector<Hull>> cutToFit(MeshPiece whole, const ReachGrid& grid,
+std::optional<std::vector<Hull>> cutToFit(MeshPiece whole, const SignedDistanceGrid& grid,
                                           std::size_t most) {
   std::vector<Hull> hulls;
   std::vector<MeshPiece> waiting;
@@ -212,7 +212,7 @@ std::optional<std::vector<Hull>> cutToFit(MeshPiece whole, const ReachGrid& grid
 /// Joins hulls in pairs while the common hull fits, least added volume first.
 class Joiner {
  public:
-  Joiner(std::vector<Hull> hulls, const ReachGrid& grid)
+  Joiner(std::vector<Hull> hulls, const SignedDistanceGrid& grid)
       : hulls_(std::move(hulls)), gone_(hulls_.size(), false), grid_(grid) {}
 
   std::vector<Hull> join() {
@@ -268,10 +268,10 @@ class Joiner {
   std::vector<Hull> hulls_;
   std::vector<bool> gone_;
   std::priority_queue<Pair, std::vector<Pair>, std::greater<Pair>> pairs_;
-  const ReachGrid& grid_;
+  const SignedDistanceGrid& grid_;
 };
 
-Hull simplified(const Hull& hull, const ReachGrid& grid, double reach) {
+Hull simplified(const Hull& hull, const SignedDistanceGrid& grid, double reach) {
   if (hull.mesh.vertices.size() <= kManyVertices) return hull;
   Hull simple = simplifiedOutward(hull, kSimplified * reach);
   return grid.holds(simple) ? simple : hull;
@@ -283,9 +283,10 @@ Result<std::vector<Hull>> divide(const std::vector<Triangle>& triangles) {
   const AlignedBox3d box = boxOf(triangles);
   for (const Level& level : kLevels) {
     double voxel = level.reach / kFineVoxelsPerReach;
-    if (ReachGrid::cells(box, voxel) > kMostFineCells) voxel = level.reach / kVoxelsPerReach;
-    if (ReachGrid::cells(box, voxel) > level.most_cells) continue;
-    const ReachGrid grid(triangles, box, voxel, level.reach);
+    if (SignedDistanceGrid::cells(box, voxel) > kMostFineCells)
+      voxel = level.reach / kVoxelsPerReach;
+    if (SignedDistanceGrid::cells(box, voxel) > level.most_cells) continue;
+    const SignedDistanceGrid grid(triangles, box, voxel, level.reach);
     auto pieces = cutToFit(MeshPiece(triangles, box), grid, kPiecesPerPart * level.most_parts);
     if (!pieces) continue;
     std::vector<Hull> parts = Joiner(std::move(*pieces), grid).join();
@@ -295,7 +296,7 @@ Result<std::vector<Hull>> divide(const std::vector<Triangle>& triangles) {
   }
   const Level& last = kLevels[std::size(kLevels) - 1];
   const double voxel = last.reach / kVoxelsPerReach;
-  if (ReachGrid::cells(box, voxel) > last.most_cells) {
+  if (SignedDistanceGrid::cells(box, voxel) > last.most_cells) {
     const Vector3d size = box.sizes();
     return Error{ErrorCode::kInvalidInput,
                  "is too large to be divided into convex parts to 5 mm: its box of " +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/decomposition/reach_grid.hpp"
+#include "core/decomposition/signed_distance_grid.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -50,12 +50,12 @@ Eigen::AlignedBox3d boxOf(const Triangle& t) {
 
 }  // namespace
 
-double ReachGrid::cells(const Eigen::AlignedBox3d& box, double voxel) {
+double SignedDistanceGrid::cells(const Eigen::AlignedBox3d& box, double voxel) {
   return (box.sizes().array() / voxel + 2 * kPadding + 1).prod();
 }
 
-ReachGrid::ReachGrid(const std::vector<Triangle>& triangles, const Eigen::AlignedBox3d& box,
-                     double voxel, double reach)
+SignedDistanceGrid::SignedDistanceGrid(const std::vector<Triangle>& triangles,
+                                       const Eigen::AlignedBox3d& box, double voxel, double reach)
     : voxel_(voxel),
       // Every point of a hull lies in a voxel whose middle is at most half a diagonal away.
       most_(static_cast<int>(std::floor((reach / voxel - kHalfDiagonal) * kUnits))),
@@ -67,7 +67,7 @@ ReachGrid::ReachGrid(const std::vector<Triangle>& triangles, const Eigen::Aligne
   turnInsideNegative();
 }
 
-void ReachGrid::addTriangle(const Triangle& t) {
+void SignedDistanceGrid::addTriangle(const Triangle& t) {
   std::size_t longest = 0;
   double length = 0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -81,7 +81,7 @@ void ReachGrid::addTriangle(const Triangle& t) {
   addTriangle({half, b, c});
 }
 
-void ReachGrid::addPiece(const Triangle& t) {
+void SignedDistanceGrid::addPiece(const Triangle& t) {
   // Beyond this, one distance is as good as another.
   const double band = voxel_ * std::max(1.0, (most_ + 1.0) / kUnits);
   const Eigen::AlignedBox3d box = boxOf(t);
@@ -105,7 +105,7 @@ void ReachGrid::addPiece(const Triangle& t) {
   }
 }
 
-void ReachGrid::turnInsideNegative() {
+void SignedDistanceGrid::turnInsideNegative() {
   // Two neighbouring middles, both more than half a voxel off the surface, have none between them:
   // walking over such cells from a corner never leaks in.
   const auto open = [this](std::size_t cell) { return distance_[cell] > kUnits / 2; };
@@ -135,22 +135,22 @@ void ReachGrid::turnInsideNegative() {
   }
 }
 
-Vector3i ReachGrid::cellAt(const Vector3d& p) const {
+Vector3i SignedDistanceGrid::cellAt(const Vector3d& p) const {
   const Vector3i cell = ((p - origin_) / voxel_).array().round().cast<int>();
   return cell.cwiseMax(Vector3i::Zero()).cwiseMin(size_ - Vector3i::Ones());
 }
 
-Vector3d ReachGrid::middle(const Vector3i& cell) const {
+Vector3d SignedDistanceGrid::middle(const Vector3i& cell) const {
   return origin_ + voxel_ * cell.cast<double>();
 }
 
-ReachGrid::Side ReachGrid::side(const Vector3i& cell) const {
+SignedDistanceGrid::Side SignedDistanceGrid::side(const Vector3i& cell) const {
   const std::int8_t distance = distance_[index(cell.x(), cell.y(), cell.z())];
   if (distance < 0) return Side::kInside;
   return distance > kUnits / 2 ? Side::kOutside : Side::kUnclear;
 }
 
-bool ReachGrid::holds(const Hull& hull) const {
+bool SignedDistanceGrid::holds(const Hull& hull) const {
   Eigen::AlignedBox3d box;
   for (const Vector3d& v : hull.mesh.vertices) box.extend(v);
   const Vector3i low = cellAt(box.min()), high = cellAt(box.max());

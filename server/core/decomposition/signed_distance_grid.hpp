@@ -15,14 +15,14 @@ namespace handover::decomposition {
 /// passing through the surface, by steps of one voxel: the inside of a closed surface whichever
 /// way its triangles are wound, the material between two walls, hidden cavities; not the cavity of
 /// a cup. Openings narrower than about two voxels count as closed. An open sheet has no inside.
-class ReachGrid {
+class SignedDistanceGrid {
  public:
   /// Cells that the grid of this box would have.
   static double cells(const Eigen::AlignedBox3d& box, double voxel);
 
   /// `reach` [m] is what holds() will tell. @pre 0.9 voxel < reach <= 4 voxel.
-  ReachGrid(const std::vector<std::array<Eigen::Vector3d, 3>>& triangles,
-            const Eigen::AlignedBox3d& box, double voxel, double reach);
+  SignedDistanceGrid(const std::vector<std::array<Eigen::Vector3d, 3>>& triangles,
+                     const Eigen::AlignedBox3d& box, double voxel, double reach);
 
   double voxel() const { return voxel_; }
 
