@@ -3,8 +3,8 @@
 
 #include "core/collision/arm_self_collision.hpp"
 #include "core/handover/cell_state.hpp"
+#include "runtime/decomposition_cache.hpp"
 #include "runtime/nearest_fix.hpp"
-#include "runtime/parts_cache.hpp"
 #include "settings/roots.hpp"
 
 #include <handover/common/log.hpp>
@@ -265,7 +265,7 @@ CellService::CellService(const std::filesystem::path& root, const std::vector<st
                          const std::filesystem::path& cache_folder,
                          ResourceCache::Progress progress, bool force)
     : cache_(cache_folder, std::move(progress), force) {
-  const PartsCache divide(cache_folder, force);
+  const DecompositionCache divide(cache_folder, force);
   std::vector<FileFault> faults;
   for (const auto& name : cells) {
     const auto file = cellFile(name, root);

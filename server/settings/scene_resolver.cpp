@@ -17,7 +17,7 @@ constexpr int kSwivelSamples = 64;
 class SceneResolver {
  public:
   SceneResolver(const CellDescription& cell, const ModelCache& models,
-                const std::filesystem::path& root, const MeshDivider& divide,
+                const std::filesystem::path& root, const ConvexDecomposer& divide,
                 const std::map<std::string, KnownShapes>& known, YamlReport& report)
       : cell_(cell),
         models_(models),
@@ -400,7 +400,7 @@ class SceneResolver {
   const CellDescription& cell_;
   const ModelCache& models_;
   const std::filesystem::path& root_;
-  const MeshDivider& divide_;
+  const ConvexDecomposer& divide_;
   const std::map<std::string, KnownShapes>& known_;
   MeshTotal meshes_;  ///< of the objects so far
   YamlReport& report_;
@@ -412,7 +412,7 @@ class SceneResolver {
 }  // namespace
 
 ResolvedCell resolveCell(const CellDescription& cell, const ModelCache& models,
-                         const std::filesystem::path& root, const MeshDivider& divide,
+                         const std::filesystem::path& root, const ConvexDecomposer& divide,
                          const std::map<std::string, KnownShapes>& known, YamlReport& report) {
   return SceneResolver(cell, models, root, divide, known, report).resolve();
 }

@@ -339,7 +339,7 @@ std::string FileFault::text() const {
 FileError::FileError(std::vector<FileFault> faults)
     : std::runtime_error(joinedText(faults)), faults_(std::move(faults)) {}
 
-RobotModel loadRobot(const RobotSettings& settings, const MeshDivider& divide) {
+RobotModel loadRobot(const RobotSettings& settings, const ConvexDecomposer& divide) {
   std::vector<FileFault> faults;
   const std::filesystem::path urdf_file = settings.root / settings.urdf;
   UrdfModel urdf = readUrdf(urdf_file, urdf_file.string(), faults, divide);

@@ -3,7 +3,7 @@
 // line.
 #pragma once
 
-#include "core/decomposition/convex_parts.hpp"
+#include "core/decomposition/convex_decomposition.hpp"
 #include "core/model/robot_model.hpp"
 
 #include <handover/common/result.hpp>
@@ -65,6 +65,6 @@ struct RobotSettings {
 
 /// Loads and checks a robot; `divide` is for collision meshes that are not convex.
 /// @throws FileError listing every fault found.
-RobotModel loadRobot(const RobotSettings& settings, const MeshDivider& divide = convexParts);
+RobotModel loadRobot(const RobotSettings& settings, const ConvexDecomposer& divide = convexParts);
 
 }  // namespace handover

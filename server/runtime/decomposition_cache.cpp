@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/parts_cache.hpp"
+#include "runtime/decomposition_cache.hpp"
 
-#include "core/decomposition/parts_file.hpp"
+#include "core/decomposition/decomposition_file.hpp"
 
 #include <handover/common/log.hpp>
 
 namespace handover {
 
-PartsCache::PartsCache(const std::filesystem::path& folder, bool force)
+DecompositionCache::DecompositionCache(const std::filesystem::path& folder, bool force)
     : folder_(folder / "parts"), force_(force) {}
 
-Result<std::vector<TriangleMesh>> PartsCache::operator()(const TriangleMesh& mesh) const {
+Result<std::vector<TriangleMesh>> DecompositionCache::operator()(const TriangleMesh& mesh) const {
   const std::uint64_t hash = partsHash(mesh);
   const std::filesystem::path file = folder_ / fmt::format("{:016x}.parts", hash);
   const auto log = logger("parts");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/parts_cache.hpp"
+#include "runtime/decomposition_cache.hpp"
 
-#include "core/decomposition/parts_file.hpp"
+#include "core/decomposition/decomposition_file.hpp"
 #include "support/meshes.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 class PartsCacheTest : public ::testing::Test {
  protected:
   std::size_t parts(bool force = false) const {
-    const auto made = PartsCache(folder_.path(), force)(mesh_);
+    const auto made = DecompositionCache(folder_.path(), force)(mesh_);
     return made ? made->size() : 0;
   }
 

@@ -30,6 +30,6 @@ inline constexpr double kMostReach = 0.005;
 Result<std::vector<TriangleMesh>> convexParts(const TriangleMesh& mesh);
 
 /// convexParts(), or something that remembers its answers.
-using MeshDivider = std::function<Result<std::vector<TriangleMesh>>(const TriangleMesh&)>;
+using ConvexDecomposer = std::function<Result<std::vector<TriangleMesh>>(const TriangleMesh&)>;
 
 }  // namespace handover

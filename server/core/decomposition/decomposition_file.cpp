@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/decomposition/parts_file.hpp"
+#include "core/decomposition/decomposition_file.hpp"
 
 #include <handover/common/atomic_file.hpp>
 
