@@ -29,7 +29,7 @@ struct CopiesTaken {
   bool go_on = true;
 };
 
-CopiesTaken takeCopies(const Chain& chain, const IkQuery& query, const ArmVector& q_near,
-                       const ArmVector& q, const ArmKinematics::Take& take);
+CopiesTaken forEachEquivalent(const Chain& chain, const IkQuery& query, const ArmVector& q_near,
+                              const ArmVector& q, const ArmKinematics::Take& take);
 
 }  // namespace handover::kinematics

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/kinematics/windings.hpp"
+#include "core/kinematics/joint_revolutions.hpp"
 
 #include <algorithm>
 
@@ -14,8 +14,8 @@ constexpr double kMostCopies = 64;
 
 }  // namespace
 
-CopiesTaken takeCopies(const Chain& chain, const IkQuery& query, const ArmVector& q_near,
-                       const ArmVector& q, const ArmKinematics::Take& take) {
+CopiesTaken forEachEquivalent(const Chain& chain, const IkQuery& query, const ArmVector& q_near,
+                              const ArmVector& q, const ArmKinematics::Take& take) {
   const int n = chain.dofs();
   std::array<Windings, kMaxJoints> w;
   for (int i = 0; i < n; ++i) {
