@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/handover/arm_selection.hpp"
 
-#include "core/handover/role.hpp"
+#include "core/handover/manipulator.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -11,7 +11,7 @@ namespace {
 
 /// What the map cannot know: it has holes where few samples fell, at the edge of the reach.
 /// The manipulability of the first configuration that reaches a grasp of the object; nullopt: none.
-std::optional<double> reachedByIk(const Role& role, const Pose& X_WO) {
+std::optional<double> reachedByIk(const Manipulator& role, const Pose& X_WO) {
   std::optional<double> manipulability;
   for (const Grasp& grasp : role.grasps->grasps) {
     role.kinematics->visit(role.worldToArm(X_WO * grasp.X_OT), IkQuery{}, [&](const ArmVector& q) {
@@ -35,7 +35,7 @@ ArmRanking rankArms(const HandoverProblem& problem, int robot, const Pose& X_WO,
     score.arm = placed.model->arms[static_cast<std::size_t>(arm)].name;
     score.rejected = unfitReason(problem, robot, arm);
     if (score.rejected.empty()) {
-      const Role role = makeRole(problem, robot, arm);
+      const Manipulator role = makeManipulator(problem, robot, arm);
       score.manipulability = role.map(X_WO.translation());
       if (search == SearchWidth::kWide) {
         for (const Grasp& grasp : role.grasps->grasps) {

@@ -29,8 +29,8 @@ std::shared_ptr<const CollisionScene> collisionForTask(const Scene& scene,
   return std::make_shared<const CollisionScene>(lifted);
 }
 
-CheckerFactory::CheckerFactory(const HandoverProblem& problem, const Role& giver,
-                               const Role& receiver, CollisionWorld& world)
+CheckerFactory::CheckerFactory(const HandoverProblem& problem, const Manipulator& giver,
+                               const Manipulator& receiver, CollisionWorld& world)
     : problem_(problem),
       giver_(giver),
       receiver_(receiver),
@@ -73,7 +73,7 @@ std::vector<NamePair> CheckerFactory::names(const AllowedContacts& contacts) con
   return pairs;
 }
 
-StateChecker CheckerFactory::make(const CellState& state, const Role& mover,
+StateChecker CheckerFactory::make(const CellState& state, const Manipulator& mover,
                                   const std::vector<int>& dofs,
                                   const AllowedContacts& contacts) const {
   const bool holding = state.holder == &mover;
@@ -86,7 +86,7 @@ StateChecker CheckerFactory::make(const CellState& state, const Role& mover,
   return checker;
 }
 
-const StateChecker& CheckerFactory::pattern(const Role& mover, const std::vector<int>& dofs,
+const StateChecker& CheckerFactory::pattern(const Manipulator& mover, const std::vector<int>& dofs,
                                             bool holding, const AllowedContacts& contacts) const {
   for (const Pattern& it : patterns_) {
     if (it.robot == mover.robot && it.holding == holding && it.contacts == contacts &&

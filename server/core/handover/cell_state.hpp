@@ -4,7 +4,7 @@
 
 #include "core/collision/collision_scene.hpp"
 #include "core/collision/state_checker.hpp"
-#include "core/handover/role.hpp"
+#include "core/handover/manipulator.hpp"
 
 #include <deque>
 #include <memory>
@@ -16,10 +16,10 @@ namespace handover {
 /// All robots' joints and the place of the object handed over; everything else stands as in the
 /// scene.
 struct CellState {
-  std::vector<RobotVector> q;    ///< per robot of the scene
-  Pose X_WO = Pose::Identity();  ///< when nobody holds it, or where the holder has it
-  const Role* holder = nullptr;  ///< the object moves with this role's tool
-  Pose X_TO = Pose::Identity();  ///< in the holder's tool
+  std::vector<RobotVector> q;           ///< per robot of the scene
+  Pose X_WO = Pose::Identity();         ///< when nobody holds it, or where the holder has it
+  const Manipulator* holder = nullptr;  ///< the object moves with this role's tool
+  Pose X_TO = Pose::Identity();         ///< in the holder's tool
 };
 
 /// Which contacts with the object a stage allows beyond the standing pairs (design §5's table).
@@ -43,8 +43,8 @@ std::shared_ptr<const CollisionScene> collisionForTask(const Scene& scene,
 class CheckerFactory {
  public:
   /// @pre the arguments outlive the factory.
-  CheckerFactory(const HandoverProblem& problem, const Role& giver, const Role& receiver,
-                 CollisionWorld& world);
+  CheckerFactory(const HandoverProblem& problem, const Manipulator& giver,
+                 const Manipulator& receiver, CollisionWorld& world);
 
   CellState startState() const;
 
@@ -55,7 +55,7 @@ class CheckerFactory {
   BodyPairs allowed(const AllowedContacts& contacts) const;
 
   /// A checker for motions of `dofs` of the mover's robot while all else stands as in `state`.
-  StateChecker make(const CellState& state, const Role& mover, const std::vector<int>& dofs,
+  StateChecker make(const CellState& state, const Manipulator& mover, const std::vector<int>& dofs,
                     const AllowedContacts& contacts) const;
 
   /// Names of the pairs that `contacts` allows, for the plan's may_touch: sorted.
@@ -72,12 +72,12 @@ class CheckerFactory {
     StateChecker checker;
   };
 
-  const StateChecker& pattern(const Role& mover, const std::vector<int>& dofs, bool holding,
+  const StateChecker& pattern(const Manipulator& mover, const std::vector<int>& dofs, bool holding,
                               const AllowedContacts& contacts) const;
 
   const HandoverProblem& problem_;
-  const Role& giver_;
-  const Role& receiver_;
+  const Manipulator& giver_;
+  const Manipulator& receiver_;
   CollisionWorld& world_;
   int object_ = -1;
   BodyId object_body_ = -1;

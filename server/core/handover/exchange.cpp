@@ -49,7 +49,7 @@ Pose raised(Pose X, double height) {
   return X;
 }
 
-const Grasp& graspOf(const Role& role, const FeasibleGrasp& feasible) {
+const Grasp& graspOf(const Manipulator& role, const FeasibleGrasp& feasible) {
   return role.grasps->grasps[static_cast<std::size_t>(feasible.grasp)];
 }
 
@@ -65,8 +65,8 @@ void setFingerPath(StagePath& stage, const Eigen::VectorXd& from, const Eigen::V
 
 }  // namespace
 
-ExchangePlanner::ExchangePlanner(const HandoverProblem& problem, const Role& giver,
-                                 const Role& receiver, CollisionWorld& world,
+ExchangePlanner::ExchangePlanner(const HandoverProblem& problem, const Manipulator& giver,
+                                 const Manipulator& receiver, CollisionWorld& world,
                                  CollisionWorld& spare_world, const ExchangeBudget& budget,
                                  const Deadline& deadline)
     : problem_(problem),
@@ -84,7 +84,7 @@ std::uint64_t ExchangePlanner::seedFor(StageKind kind, int grasp) const {
              static_cast<std::uint64_t>(grasp + 1));
 }
 
-MotionProblem ExchangePlanner::motionProblem(const Role& role, StateChecker& checker) const {
+MotionProblem ExchangePlanner::motionProblem(const Manipulator& role, StateChecker& checker) const {
   MotionProblem motion;
   motion.lower = role.kinematics->lower();
   motion.upper = role.kinematics->upper();
@@ -96,7 +96,7 @@ MotionProblem ExchangePlanner::motionProblem(const Role& role, StateChecker& che
   return motion;
 }
 
-std::vector<ArmVector> ExchangePlanner::viasBetween(const Role& role, const ArmVector& from,
+std::vector<ArmVector> ExchangePlanner::viasBetween(const Manipulator& role, const ArmVector& from,
                                                     const ArmVector& to) const {
   std::vector<ArmVector> vias;
   // Past the object and out of what stands about it: back or up from one of the ends.
@@ -142,7 +142,8 @@ std::vector<ArmVector> ExchangePlanner::viasBetween(const Role& role, const ArmV
   return vias;
 }
 
-std::optional<JointPath> ExchangePlanner::throughVia(const Role& role, const MotionProblem& motion,
+std::optional<JointPath> ExchangePlanner::throughVia(const Manipulator& role,
+                                                     const MotionProblem& motion,
                                                      const ArmVector& from, const ArmVector& to,
                                                      const std::vector<ArmVector>& known,
                                                      std::uint32_t checks) const {
@@ -160,7 +161,7 @@ std::optional<JointPath> ExchangePlanner::throughVia(const Role& role, const Mot
   return lazyShortestPath(motion, from, to, std::move(vias), cost, settings, deadline_);
 }
 
-std::optional<BodyContact> ExchangePlanner::fingersHit(const Role& role, CellState state,
+std::optional<BodyContact> ExchangePlanner::fingersHit(const Manipulator& role, CellState state,
                                                        const ArmVector& q,
                                                        const Eigen::VectorXd& from,
                                                        const Eigen::VectorXd& to,
@@ -171,7 +172,7 @@ std::optional<BodyContact> ExchangePlanner::fingersHit(const Role& role, CellSta
   return checker.hitAlong(SegmentMotion(from, to));
 }
 
-std::optional<JointPath> ExchangePlanner::straight(const Role& role, const ArmVector& q,
+std::optional<JointPath> ExchangePlanner::straight(const Manipulator& role, const ArmVector& q,
                                                    const Pose& X_WT, const Pose& X_WT_end,
                                                    StateChecker& checker) {
   auto line = straightLine(*role.kinematics, q, role.worldToArm(X_WT), role.worldToArm(X_WT_end));
@@ -183,8 +184,8 @@ std::optional<JointPath> ExchangePlanner::straight(const Role& role, const ArmVe
 }
 
 template <typename EndAt>
-std::optional<JointPath> ExchangePlanner::longestStraight(const Role& role, const ArmVector& q,
-                                                          const Pose& X_WT,
+std::optional<JointPath> ExchangePlanner::longestStraight(const Manipulator& role,
+                                                          const ArmVector& q, const Pose& X_WT,
                                                           std::span<const double> distances,
                                                           const EndAt& end_at,
                                                           StateChecker& checker) {
@@ -198,19 +199,19 @@ std::optional<JointPath> ExchangePlanner::longestStraight(const Role& role, cons
   return shortest;
 }
 
-std::optional<JointPath> ExchangePlanner::backOff(const Role& role, const ArmVector& q,
+std::optional<JointPath> ExchangePlanner::backOff(const Manipulator& role, const ArmVector& q,
                                                   const Pose& X_WT, StateChecker& checker) {
   const auto back = [&](double distance) { return role.backedOff(X_WT, distance); };
   return longestStraight(role, q, X_WT, kBackOff, back, checker);
 }
 
-std::optional<JointPath> ExchangePlanner::lifted(const Role& role, const ArmVector& q,
+std::optional<JointPath> ExchangePlanner::lifted(const Manipulator& role, const ArmVector& q,
                                                  const Pose& X_WT, StateChecker& checker) {
   const auto up = [&](double height) { return raised(X_WT, height); };
   return longestStraight(role, q, X_WT, kLift, up, checker);
 }
 
-std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVector& from,
+std::optional<JointPath> ExchangePlanner::search(const Manipulator& role, const ArmVector& from,
                                                  const GoalSampler& goals, StateChecker& checker,
                                                  StageKind kind, int grasp, Ends ends,
                                                  std::uint32_t* goal, const SeedPaths& known) {
@@ -243,7 +244,7 @@ std::optional<JointPath> ExchangePlanner::search(const Role& role, const ArmVect
   return shortcut(motion, *path, settings.seed, budget_.shortcut_attempts, deadline_);
 }
 
-std::optional<JointPath> ExchangePlanner::route(const Role& role, const ArmVector& from,
+std::optional<JointPath> ExchangePlanner::route(const Manipulator& role, const ArmVector& from,
                                                 const ArmVector& to, StateChecker& checker,
                                                 StageKind kind, int grasp, const SeedPaths& known) {
   const auto only_goal = [&](std::uint32_t i, ArmVector& q) {
@@ -253,7 +254,7 @@ std::optional<JointPath> ExchangePlanner::route(const Role& role, const ArmVecto
   return search(role, from, only_goal, checker, kind, grasp, Ends::kOne, nullptr, known);
 }
 
-CellState ExchangePlanner::holding(CellState state, const Role& role, const Grasp& grasp,
+CellState ExchangePlanner::holding(CellState state, const Manipulator& role, const Grasp& grasp,
                                    const ArmVector& q) const {
   RobotVector& robot = state.q[static_cast<std::size_t>(role.robot)];
   robot = role.withFingers(role.withArm(std::move(robot), q), grasp.closed);
@@ -276,7 +277,7 @@ enum class HandMove { kCloses, kOpens };
 class GraspChecker : public GraspTest {
  public:
   GraspChecker(const CheckerFactory& open_checkers, const CheckerFactory& closed_checkers,
-               const CellState& state, const Role& role, HandMove move, AllowedContacts open,
+               const CellState& state, const Manipulator& role, HandMove move, AllowedContacts open,
                AllowedContacts closed)
       : role_(role),
         q_(state.q[static_cast<std::size_t>(role.robot)]),
@@ -317,7 +318,7 @@ class GraspChecker : public GraspTest {
     closed_.setPosture(role_.robot, role_.withFingers(q_, grasp.closed));
   }
 
-  const Role& role_;
+  const Manipulator& role_;
   RobotVector q_;
   HandMove move_;
   const Grasp* grasp_ = nullptr;
@@ -361,7 +362,7 @@ PrunedGrasps ExchangePlanner::pruneReceiverAt(const Pose& X_WH, const FeasibleGr
                      deadline_);
 }
 
-bool ExchangePlanner::reaches(const Role& role, const Pose& X_WT) {
+bool ExchangePlanner::reaches(const Manipulator& role, const Pose& X_WT) {
   const bool closed_form = role.kinematics->closedForm();
   if (!closed_form && !role.mapReaches(X_WT)) return false;
   const bool reached = role.reaches(X_WT);
@@ -627,9 +628,9 @@ std::variant<Exchange, ExchangePlanner::Failure> ExchangePlanner::connect(
   if (!pick) return Failure{toString(StageKind::kGiverReach)};
 
   std::vector<StagePath> stages;
-  const auto stage = [&](StageKind kind, const Role& mover, const CellState& state,
+  const auto stage = [&](StageKind kind, const Manipulator& mover, const CellState& state,
                          const AllowedContacts& contacts,
-                         std::vector<const Role*> holders) -> StagePath& {
+                         std::vector<const Manipulator*> holders) -> StagePath& {
     StagePath& added = stages.emplace_back();
     added.kind = kind;
     added.mover = &mover;

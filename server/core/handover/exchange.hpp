@@ -19,13 +19,13 @@ namespace handover {
 /// A stage before timing: a polyline over some joints of one robot, and the world it happens in.
 struct StagePath {
   StageKind kind = StageKind::kUnspecified;
-  const Role* mover = nullptr;
+  const Manipulator* mover = nullptr;
   std::vector<int> dofs;  ///< of the mover's robot, as the waypoints list them
   std::vector<Eigen::VectorXd> waypoints;
-  CellState state;                   ///< everything as the stage begins
-  AllowedContacts contacts;          ///< beyond the standing pairs, during the whole stage
-  AllowedContacts early_contacts;    ///< in the first 5 mm of motion only
-  std::vector<const Role*> holders;  ///< who holds the object
+  CellState state;                          ///< everything as the stage begins
+  AllowedContacts contacts;                 ///< beyond the standing pairs, during the whole stage
+  AllowedContacts early_contacts;           ///< in the first 5 mm of motion only
+  std::vector<const Manipulator*> holders;  ///< who holds the object
 };
 
 /// A complete handover before timing.
@@ -57,9 +57,9 @@ struct ExchangeBudget {
 class ExchangePlanner {
  public:
   /// @param spare_world  a second world over the same scene: tests that take turns keep theirs set.
-  ExchangePlanner(const HandoverProblem& problem, const Role& giver, const Role& receiver,
-                  CollisionWorld& world, CollisionWorld& spare_world, const ExchangeBudget& budget,
-                  const Deadline& deadline);
+  ExchangePlanner(const HandoverProblem& problem, const Manipulator& giver,
+                  const Manipulator& receiver, CollisionWorld& world, CollisionWorld& spare_world,
+                  const ExchangeBudget& budget, const Deadline& deadline);
 
   /// Alg. 1 with O at the start, by the giver ([paper] §IV-C), and at the goal, by the receiver.
   PrunedGrasps pruneGiverAtStart(const PruneEffort& effort);
@@ -123,40 +123,41 @@ class ExchangePlanner {
     ArmVector q_r;  ///< where it began
   };
 
-  bool reaches(const Role& role, const Pose& X_WT);
+  bool reaches(const Manipulator& role, const Pose& X_WT);
   const std::optional<PickMotion>& pickMotion(const FeasibleGrasp& pick);
   const std::optional<PlaceMotion>& placeMotion(const FeasibleGrasp& place);
   std::optional<Hands> joinHands(const HandoverTuple& tuple);
 
   /// The state with the object in the role's hand, closed by the grasp, at an arm configuration.
-  CellState holding(CellState state, const Role& role, const Grasp& grasp,
+  CellState holding(CellState state, const Manipulator& role, const Grasp& grasp,
                     const ArmVector& q) const;
   /// What the fingers touch, if anything, while they go straight from one posture to another, the
   /// arm at a configuration, all else as in the state.
-  std::optional<BodyContact> fingersHit(const Role& role, CellState state, const ArmVector& q,
-                                        const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+  std::optional<BodyContact> fingersHit(const Manipulator& role, CellState state,
+                                        const ArmVector& q, const Eigen::VectorXd& from,
+                                        const Eigen::VectorXd& to,
                                         const AllowedContacts& contacts) const;
-  std::optional<JointPath> straight(const Role& role, const ArmVector& q, const Pose& X_WT,
+  std::optional<JointPath> straight(const Manipulator& role, const ArmVector& q, const Pose& X_WT,
                                     const Pose& X_WT_end, StateChecker& checker);
   /// The straight line of the greatest of the distances (falling) that is free; end_at(distance)
   /// is where it leads.
   template <typename EndAt>
-  std::optional<JointPath> longestStraight(const Role& role, const ArmVector& q, const Pose& X_WT,
-                                           std::span<const double> distances, const EndAt& end_at,
-                                           StateChecker& checker);
+  std::optional<JointPath> longestStraight(const Manipulator& role, const ArmVector& q,
+                                           const Pose& X_WT, std::span<const double> distances,
+                                           const EndAt& end_at, StateChecker& checker);
   /// Straight back from a grasp, against its approach; straight up with the object.
-  std::optional<JointPath> backOff(const Role& role, const ArmVector& q, const Pose& X_WT,
+  std::optional<JointPath> backOff(const Manipulator& role, const ArmVector& q, const Pose& X_WT,
                                    StateChecker& checker);
-  std::optional<JointPath> lifted(const Role& role, const ArmVector& q, const Pose& X_WT,
+  std::optional<JointPath> lifted(const Manipulator& role, const ArmVector& q, const Pose& X_WT,
                                   StateChecker& checker);
-  std::optional<JointPath> route(const Role& role, const ArmVector& from, const ArmVector& to,
-                                 StateChecker& checker, StageKind kind, int grasp,
-                                 const SeedPaths& known = {});
+  std::optional<JointPath> route(const Manipulator& role, const ArmVector& from,
+                                 const ArmVector& to, StateChecker& checker, StageKind kind,
+                                 int grasp, const SeedPaths& known = {});
   /// Configurations that a way which is not straight may well lead through.
-  std::vector<ArmVector> viasBetween(const Role& role, const ArmVector& from,
+  std::vector<ArmVector> viasBetween(const Manipulator& role, const ArmVector& from,
                                      const ArmVector& to) const;
   /// The straight way, else the quickest one through some of those and of the `known`, if any.
-  std::optional<JointPath> throughVia(const Role& role, const MotionProblem& motion,
+  std::optional<JointPath> throughVia(const Manipulator& role, const MotionProblem& motion,
                                       const ArmVector& from, const ArmVector& to,
                                       const std::vector<ArmVector>& known,
                                       std::uint32_t checks) const;
@@ -164,15 +165,16 @@ class ExchangePlanner {
 
   /// The ways of throughVia(), else IKBiRRT and shortcuts. `ends` says whether there are several
   /// goals to choose from.
-  std::optional<JointPath> search(const Role& role, const ArmVector& from, const GoalSampler& goals,
-                                  StateChecker& checker, StageKind kind, int grasp, Ends ends,
-                                  std::uint32_t* goal = nullptr, const SeedPaths& known = {});
-  MotionProblem motionProblem(const Role& role, StateChecker& checker) const;
+  std::optional<JointPath> search(const Manipulator& role, const ArmVector& from,
+                                  const GoalSampler& goals, StateChecker& checker, StageKind kind,
+                                  int grasp, Ends ends, std::uint32_t* goal = nullptr,
+                                  const SeedPaths& known = {});
+  MotionProblem motionProblem(const Manipulator& role, StateChecker& checker) const;
   std::uint64_t seedFor(StageKind kind, int grasp) const;
 
   const HandoverProblem& problem_;
-  const Role& giver_;
-  const Role& receiver_;
+  const Manipulator& giver_;
+  const Manipulator& receiver_;
   const ExchangeBudget budget_;
   const Deadline& deadline_;
   CheckerFactory checkers_;

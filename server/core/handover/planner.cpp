@@ -108,8 +108,8 @@ class HandoverSearch {
   /// One giver arm with one receiver arm.
   struct Pairing {
     int giver_arm, receiver_arm;
-    const Role* giver;
-    const Role* receiver;
+    const Manipulator* giver;
+    const Manipulator* receiver;
     std::unique_ptr<ExchangePlanner> exchange;
     std::vector<LatticePoint> points;
     std::vector<const FeasibleGrasp*> place_order;  ///< 𝒢_r, most dexterous placing first
@@ -121,7 +121,7 @@ class HandoverSearch {
   void checkDeadline() const;
   const PrunedGrasps& giverGrasps(Pairing& pairing);
   const PrunedGrasps& receiverGrasps(Pairing& pairing);
-  void emitPruned(const Role& role, const PrunedGrasps& pruned);
+  void emitPruned(const Manipulator& role, const PrunedGrasps& pruned);
   bool open(Pairing& pairing);
 
   bool wide() const { return problem_.search == SearchWidth::kWide; }
@@ -142,8 +142,8 @@ class HandoverSearch {
   StageSink& sink_;
   const Deadline& deadline_;
   CollisionWorld world_, spare_world_;
-  std::map<std::pair<int, int>, Role> roles_;     ///< by robot and arm
-  std::map<int, PrunedGrasps> given_, received_;  ///< by arm
+  std::map<std::pair<int, int>, Manipulator> manipulators_;  ///< by robot and arm
+  std::map<int, PrunedGrasps> given_, received_;             ///< by arm
   RejectTally handover_rejects_, motion_rejects_;
   std::optional<std::pair<Solution, std::vector<StageTrajectory>>> final_;
   std::vector<std::vector<HandoverTuple>> poses_;  ///< mode all: tuples by pose, as found
@@ -233,7 +233,7 @@ void HandoverSearch::checkGoal() {
       causes)};
 }
 
-void HandoverSearch::emitPruned(const Role& role, const PrunedGrasps& pruned) {
+void HandoverSearch::emitPruned(const Manipulator& role, const PrunedGrasps& pruned) {
   sink_.emit(GraspsPruned{role.robotName(), role.armName(), pruned.tested,
                           static_cast<std::uint32_t>(pruned.kept.size()), pruned.rejects.counts()});
 }
@@ -325,7 +325,7 @@ bool HandoverSearch::tryTuples(Pairing& pairing, std::vector<HandoverTuple> tupl
 bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
                              const LatticePoint& point, const ApproachOffset& offset,
                              HandoverCandidates& counts, RejectTally& rejects) {
-  const Role& receiver = *pairing.receiver;
+  const Manipulator& receiver = *pairing.receiver;
   const Grasp& grasp = receiver.grasps->grasps[static_cast<std::size_t>(place.grasp)];
   const Pose X_WT_goal = problem_.task.X_WO_goal * grasp.X_OT;
   Pose X_WT = Pose::Identity();
@@ -378,7 +378,7 @@ bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
 /// How far apart [m] the tools of two hands at the object can be, at most.
 double HandoverSearch::handsApart(const Pairing& pairing) {
   double apart = 0;
-  for (const Role* role : {pairing.giver, pairing.receiver}) {
+  for (const Manipulator* role : {pairing.giver, pairing.receiver}) {
     double most = 0;
     for (const Grasp& grasp : role->grasps->grasps) {
       most = std::max(most, grasp.X_OT.translation().norm());
@@ -500,7 +500,8 @@ Outcome HandoverSearch::search() {
   for (const auto& [robot, ranking] :
        {std::pair(giver, &givers), std::pair(receiver, &receivers)}) {
     for (const auto& ranked : ranking->arms)
-      roles_.emplace(std::pair(robot, ranked.arm), makeRole(problem_, robot, ranked.arm));
+      manipulators_.emplace(std::pair(robot, ranked.arm),
+                            makeManipulator(problem_, robot, ranked.arm));
   }
   std::vector<Pairing> pairings;
   for (const auto& g : givers.arms) {
@@ -508,8 +509,8 @@ Outcome HandoverSearch::search() {
       Pairing& pairing = pairings.emplace_back();
       pairing.giver_arm = g.arm;
       pairing.receiver_arm = r.arm;
-      pairing.giver = &roles_.at({giver, g.arm});
-      pairing.receiver = &roles_.at({receiver, r.arm});
+      pairing.giver = &manipulators_.at({giver, g.arm});
+      pairing.receiver = &manipulators_.at({receiver, r.arm});
       pairing.exchange =
           std::make_unique<ExchangePlanner>(problem_, *pairing.giver, *pairing.receiver, world_,
                                             spare_world_, ExchangeBudget{}, deadline_);
@@ -541,7 +542,7 @@ Outcome HandoverSearch::explain() const {
     std::string text;
     for (const auto& [arm, pruned] : sets) {
       text += text.empty() ? " Tested: " : ", ";
-      text += std::to_string(pruned.tested) + " of arm " + roles_.at({index, arm}).armName();
+      text += std::to_string(pruned.tested) + " of arm " + manipulators_.at({index, arm}).armName();
     }
     return text + ".";
   };
@@ -590,7 +591,7 @@ void HandoverSearch::keepSolution(const Pairing& pairing, const Exchange& exchan
   solution.giver_grasp = static_cast<std::uint32_t>(exchange.giver_grasp);
   solution.receiver_grasp = static_cast<std::uint32_t>(exchange.receiver_grasp);
   solution.X_WO_handover = toValue(exchange.X_WH);
-  const auto graspPose = [](const Role& role, int grasp) {
+  const auto graspPose = [](const Manipulator& role, int grasp) {
     return toValue(role.grasps->grasps[static_cast<std::size_t>(grasp)].X_OT);
   };
   solution.X_OT_giver = graspPose(*pairing.giver, exchange.giver_grasp);
@@ -615,15 +616,15 @@ bool mapsAllow(const HandoverProblem& problem) {
   const int giver = problem.scene->findRobot(problem.task.giver);
   const int receiver = problem.scene->findRobot(problem.task.receiver);
   const auto rolesOf = [&](int robot, const Pose& X_WO, const std::string& only) {
-    std::vector<Role> roles;
+    std::vector<Manipulator> roles;
     for (const auto& ranked : rankArms(problem, robot, X_WO, only, problem.search).arms) {
-      roles.push_back(makeRole(problem, robot, ranked.arm));
+      roles.push_back(makeManipulator(problem, robot, ranked.arm));
     }
     return roles;
   };
   const auto givers = rolesOf(giver, problem.task.X_WO_start, problem.giver_arm);
-  for (const Role& r : rolesOf(receiver, problem.task.X_WO_goal, problem.receiver_arm)) {
-    for (const Role& g : givers) {
+  for (const Manipulator& r : rolesOf(receiver, problem.task.X_WO_goal, problem.receiver_arm)) {
+    for (const Manipulator& g : givers) {
       if (!crossMaps(g.map, r.map, kNeighbourhood).empty()) return true;
     }
   }
@@ -637,7 +638,7 @@ std::vector<ReachBall> reachBalls(const HandoverProblem& problem, int robot,
   for (int arm = 0; arm < static_cast<int>(model.arms.size()); ++arm) {
     if (!only.empty() && model.arms[static_cast<std::size_t>(arm)].name != only) continue;
     if (!unfitReason(problem, robot, arm).empty()) continue;
-    const PlacedMap map = makeRole(problem, robot, arm).map;
+    const PlacedMap map = makeManipulator(problem, robot, arm).map;
     balls.push_back({map.p_WShoulder, map.map->reach(map.X_WA.inverse() * map.p_WShoulder)});
   }
   return balls;

@@ -26,11 +26,11 @@ const FeasibleGrasp* PrunedGrasps::find(int grasp) const {
   return found != kept.end() && found->grasp == grasp ? &*found : nullptr;
 }
 
-double travelTime(const Role& role, const ArmVector& from, const ArmVector& to) {
+double travelTime(const Manipulator& role, const ArmVector& from, const ArmVector& to) {
   return ((to - from).cwiseAbs().array() / role.kinematics->velocity().array()).maxCoeff();
 }
 
-PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Pose& X_WO,
+PrunedGrasps pruneGrasps(const Manipulator& role, const CollisionScene& names, const Pose& X_WO,
                          const std::vector<int>& candidates, const ConfigurationCost& cost,
                          GraspTest& test, const PruneEffort& effort, const Deadline& deadline) {
   const std::size_t most = effort.configurations;

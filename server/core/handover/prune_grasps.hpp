@@ -53,10 +53,10 @@ inline constexpr PruneEffort kThoroughPruning{64, 512};
 using ConfigurationCost = std::function<double(int grasp, const ArmVector& q)>;
 
 /// How long [s] the slowest joint is under way between two configurations, at its speed limit.
-double travelTime(const Role& role, const ArmVector& from, const ArmVector& to);
+double travelTime(const Manipulator& role, const ArmVector& from, const ArmVector& to);
 
 /// Prunes a role's grasps (those in `candidates`, all if empty) with the object at X_WO.
-PrunedGrasps pruneGrasps(const Role& role, const CollisionScene& names, const Pose& X_WO,
+PrunedGrasps pruneGrasps(const Manipulator& role, const CollisionScene& names, const Pose& X_WO,
                          const std::vector<int>& candidates, const ConfigurationCost& cost,
                          GraspTest& test, const PruneEffort& effort, const Deadline& deadline);
 

@@ -34,7 +34,7 @@ TimingLimits limitsOf(const StagePath& stage) {
 /// [s] of a retreat in which its tool has moved less than kEarlyMotion.
 double earlyPart(const StagePath& stage, const TimedPath& timed) {
   constexpr int kParts = 8;  // looks from one sample to the next
-  const Role& role = *stage.mover;
+  const Manipulator& role = *stage.mover;
   const auto tool = [&](double t) -> Eigen::Vector3d {
     return role.kinematics->toolPose(evaluate(timed, t).head(role.kinematics->dofs()))
         .translation();
@@ -85,7 +85,7 @@ std::optional<BodyContact> hitOnCurve(const CheckerFactory& checkers, const Stag
 std::vector<Hold> holdsOf(const HandoverProblem& problem, const StagePath& stage,
                           const Exchange& exchange) {
   std::vector<Hold> holds;
-  for (const Role* role : stage.holders) {
+  for (const Manipulator* role : stage.holders) {
     const bool giver = role->robotName() == problem.task.giver;
     const int grasp = giver ? exchange.giver_grasp : exchange.receiver_grasp;
     const Pose X_TO = role->grasps->grasps[static_cast<std::size_t>(grasp)].X_OT.inverse();

@@ -32,7 +32,7 @@ class OverlapTest : public testing::Test {
     problem_.task.object = "box";
     problem_.task.giver = "g";
     problem_.task.receiver = "r";
-    for (Role* role : {&giver_, &receiver_}) {
+    for (Manipulator* role : {&giver_, &receiver_}) {
       role->robot = role == &giver_ ? 0 : 1;
       role->arm = role == &giver_ ? 0 : 1;
       role->placed = &problem_.scene->robots[static_cast<std::size_t>(role->robot)];
@@ -79,7 +79,7 @@ class OverlapTest : public testing::Test {
                                 starts[at(of_receiver)] + r.path.duration());
     for (double t = 0; t <= end; t += kStep) {
       for (const TimedStage* it : {&g, &r}) {
-        const Role& role = *it->stage->mover;
+        const Manipulator& role = *it->stage->mover;
         const RobotVector q =
             role.withArm(role.placed->q_start, evaluate(it->path, t - starts[at(it->stage->kind)]));
         std::vector<Pose> X_WL;
@@ -95,7 +95,7 @@ class OverlapTest : public testing::Test {
   }
 
   HandoverProblem problem_;
-  Role giver_, receiver_;
+  Manipulator giver_, receiver_;
   std::optional<CollisionWorld> world_;
   std::optional<CheckerFactory> checkers_;
   std::vector<StagePath> paths_;

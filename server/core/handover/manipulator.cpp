@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/handover/role.hpp"
+#include "core/handover/manipulator.hpp"
 
 #include "core/handover/prune_grasps.hpp"
 
@@ -12,9 +12,11 @@ std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 }  // namespace
 
-const std::string& Role::toolLink() const { return model->links[at(arm_model->tool_link)].name; }
+const std::string& Manipulator::toolLink() const {
+  return model->links[at(arm_model->tool_link)].name;
+}
 
-ArmVector Role::armOf(const RobotVector& q) const {
+ArmVector Manipulator::armOf(const RobotVector& q) const {
   ArmVector q_arm(static_cast<Eigen::Index>(arm_model->dofs.size()));
   for (std::size_t i = 0; i < arm_model->dofs.size(); ++i) {
     q_arm[static_cast<Eigen::Index>(i)] = q[arm_model->dofs[i]];
@@ -22,21 +24,21 @@ ArmVector Role::armOf(const RobotVector& q) const {
   return q_arm;
 }
 
-RobotVector Role::withArm(RobotVector q, const ArmVector& q_arm) const {
+RobotVector Manipulator::withArm(RobotVector q, const ArmVector& q_arm) const {
   for (std::size_t i = 0; i < arm_model->dofs.size(); ++i) {
     q[arm_model->dofs[i]] = q_arm[static_cast<Eigen::Index>(i)];
   }
   return q;
 }
 
-RobotVector Role::withFingers(RobotVector q, const Eigen::VectorXd& q_fingers) const {
+RobotVector Manipulator::withFingers(RobotVector q, const Eigen::VectorXd& q_fingers) const {
   for (std::size_t i = 0; i < hand->dofs.size(); ++i) {
     q[hand->dofs[i]] = q_fingers[static_cast<Eigen::Index>(i)];
   }
   return q;
 }
 
-Eigen::VectorXd Role::fingersOf(const RobotVector& q) const {
+Eigen::VectorXd Manipulator::fingersOf(const RobotVector& q) const {
   Eigen::VectorXd q_fingers(static_cast<Eigen::Index>(hand->dofs.size()));
   for (std::size_t i = 0; i < hand->dofs.size(); ++i) {
     q_fingers[static_cast<Eigen::Index>(i)] = q[hand->dofs[i]];
@@ -44,11 +46,11 @@ Eigen::VectorXd Role::fingersOf(const RobotVector& q) const {
   return q_fingers;
 }
 
-bool Role::mapReaches(const Pose& X_WT) const {
+bool Manipulator::mapReaches(const Pose& X_WT) const {
   return map.near(X_WT.translation(), X_WT.linear() * arm_model->approach_axis);
 }
 
-bool Role::reaches(const Pose& X_WT) const {
+bool Manipulator::reaches(const Pose& X_WT) const {
   IkQuery query;
   // Of the poses within reach of arms of six and seven joints least squares miss 0.5 % at most with
   // half their starts; where there is nothing to find all of these are in vain.
@@ -57,15 +59,15 @@ bool Role::reaches(const Pose& X_WT) const {
   return kinematics->visit(worldToArm(X_WT), query, enough).solutions > 0;
 }
 
-Pose Role::backedOff(const Pose& X_WT, double distance) const {
+Pose Manipulator::backedOff(const Pose& X_WT, double distance) const {
   Pose X = X_WT;
   X.translation() -= distance * (X_WT.linear() * arm_model->approach_axis);
   return X;
 }
 
-Role makeRole(const HandoverProblem& problem, int robot, int arm) {
+Manipulator makeManipulator(const HandoverProblem& problem, int robot, int arm) {
   const RobotResources& resources = problem.resources[at(robot)];
-  Role role;
+  Manipulator role;
   role.robot = robot;
   role.arm = arm;
   role.placed = &problem.scene->robots[at(robot)];

@@ -11,7 +11,7 @@
 
 namespace handover {
 
-struct Role {
+struct Manipulator {
   int robot = -1;  ///< index in Scene::robots
   int arm = -1;    ///< index in RobotModel::arms
   const SceneRobot* placed = nullptr;
@@ -51,7 +51,7 @@ struct Role {
 };
 
 /// The role of one arm of a scene's robot. @pre indices are valid; the arm has a hand.
-Role makeRole(const HandoverProblem& problem, int robot, int arm);
+Manipulator makeManipulator(const HandoverProblem& problem, int robot, int arm);
 
 /// Why an arm cannot take part at all ("holds tray", "has no hand", "has no grasps for cup"); empty
 /// if it can.
