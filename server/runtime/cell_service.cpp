@@ -2,7 +2,7 @@
 #include "runtime/cell_service.hpp"
 
 #include "core/collision/arm_self_collision.hpp"
-#include "core/handover/cell_state.hpp"
+#include "core/handover/collision_context.hpp"
 #include "runtime/decomposition_cache.hpp"
 #include "runtime/nearest_fix.hpp"
 #include "settings/roots.hpp"

@@ -276,7 +276,7 @@ enum class HandMove { kCloses, kOpens };
 /// a world of its own, so that the scene is set anew only when the grasp changes.
 class GraspChecker : public GraspTest {
  public:
-  GraspChecker(const CheckerFactory& open_checkers, const CheckerFactory& closed_checkers,
+  GraspChecker(const CollisionContext& open_checkers, const CollisionContext& closed_checkers,
                const CellState& state, const Manipulator& role, HandMove move, AllowedContacts open,
                AllowedContacts closed)
       : role_(role),

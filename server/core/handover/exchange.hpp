@@ -3,7 +3,7 @@
 // ([paper] §IV-E: IKBiRRT for reach, pick, handover and place).
 #pragma once
 
-#include "core/handover/cell_state.hpp"
+#include "core/handover/collision_context.hpp"
 #include "core/handover/prune_grasps.hpp"
 #include "core/motion/ikbirrt.hpp"
 
@@ -94,7 +94,7 @@ class ExchangePlanner {
 
   std::variant<Exchange, Failure> connect(const HandoverTuple& tuple);
 
-  const CheckerFactory& checkers() const { return checkers_; }
+  const CollisionContext& checkers() const { return checkers_; }
 
  private:
   struct PickMotion {
@@ -177,8 +177,8 @@ class ExchangePlanner {
   const Manipulator& receiver_;
   const ExchangeBudget budget_;
   const Deadline& deadline_;
-  CheckerFactory checkers_;
-  CheckerFactory spare_checkers_;
+  CollisionContext checkers_;
+  CollisionContext spare_checkers_;
   CellState start_;
   std::map<int, std::optional<PickMotion>> picks_;    ///< by giver grasp
   std::map<int, std::optional<PlaceMotion>> places_;  ///< by receiver grasp

@@ -39,7 +39,7 @@ class Leg {
   double duration() const { return path_.duration(); }
 
   /// With what it carries; no contact with the other robot is allowed to either.
-  StateChecker checker(const CheckerFactory& checkers) const {
+  StateChecker checker(const CollisionContext& checkers) const {
     return checkers.make(stage_->state, *stage_->mover, stage_->dofs, {});
   }
 
@@ -52,7 +52,7 @@ class Leg {
 /// The giver's way is known to be free while the receiver stands at its start, the receiver's while
 /// the giver stands at its end, both in the whole cell: what is left is each against the other
 /// while both move.
-double headStart(const CheckerFactory& checkers, const Leg& giver, const Leg& receiver,
+double headStart(const CollisionContext& checkers, const Leg& giver, const Leg& receiver,
                  double most) {
   StateChecker giver_checker = giver.checker(checkers);
   StateChecker receiver_checker = receiver.checker(checkers);
@@ -76,7 +76,7 @@ double headStart(const CheckerFactory& checkers, const Leg& giver, const Leg& re
 
 }  // namespace
 
-std::vector<double> startTimes(const CheckerFactory& checkers,
+std::vector<double> startTimes(const CollisionContext& checkers,
                                const std::vector<TimedStage>& stages) {
   const auto at = [&](StageKind kind) -> const TimedStage& {
     return *std::find_if(stages.begin(), stages.end(),

@@ -23,7 +23,7 @@ struct TimedStage {
 /// motions of both arms can be proven free of contact with each other; at the latest as if there
 /// were one stage at a time.
 /// @param stages  all fourteen, in order; each proven free while the other robot stands.
-std::vector<double> startTimes(const CheckerFactory& checkers,
+std::vector<double> startTimes(const CollisionContext& checkers,
                                const std::vector<TimedStage>& stages);
 
 }  // namespace handover

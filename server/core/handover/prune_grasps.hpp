@@ -3,7 +3,7 @@
 // vectors.
 #pragma once
 
-#include "core/handover/cell_state.hpp"
+#include "core/handover/collision_context.hpp"
 #include "core/handover/reject_tally.hpp"
 
 #include <functional>

@@ -64,7 +64,7 @@ AllowedContacts allContacts(const StagePath& stage) {
 }
 
 /// A contact on the timed curve, if any.
-std::optional<BodyContact> hitOnCurve(const CheckerFactory& checkers, const StagePath& stage,
+std::optional<BodyContact> hitOnCurve(const CollisionContext& checkers, const StagePath& stage,
                                       const TimedPath& timed, double early_part) {
   const TimedMotion motion(timed);
   StateChecker checker = checkers.make(stage.state, *stage.mover, stage.dofs, stage.contacts);
@@ -109,7 +109,7 @@ std::vector<double> plain(const Eigen::VectorXd& values) {
 }
 
 std::variant<TimedStage, TimingFailure> timeStage(const HandoverProblem& problem,
-                                                  const CheckerFactory& checkers,
+                                                  const CollisionContext& checkers,
                                                   const StagePath& stage) {
   const TimingLimits limits = limitsOf(stage);
   std::string detail;
@@ -127,7 +127,7 @@ std::variant<TimedStage, TimingFailure> timeStage(const HandoverProblem& problem
   return TimingFailure{toString(stage.kind), detail};
 }
 
-StageTrajectory trajectoryOf(const HandoverProblem& problem, const CheckerFactory& checkers,
+StageTrajectory trajectoryOf(const HandoverProblem& problem, const CollisionContext& checkers,
                              const Exchange& exchange, const TimedStage& timed) {
   const StagePath& stage = *timed.stage;
   StageTrajectory trajectory;
@@ -148,10 +148,9 @@ StageTrajectory trajectoryOf(const HandoverProblem& problem, const CheckerFactor
 
 }  // namespace
 
-std::variant<std::vector<StageTrajectory>, TimingFailure> timeStages(const HandoverProblem& problem,
-                                                                     const CheckerFactory& checkers,
-                                                                     const Exchange& exchange,
-                                                                     std::uint32_t solution) {
+std::variant<std::vector<StageTrajectory>, TimingFailure> timeStages(
+    const HandoverProblem& problem, const CollisionContext& checkers, const Exchange& exchange,
+    std::uint32_t solution) {
   std::vector<TimedStage> timed;
   for (const StagePath& stage : exchange.stages) {
     auto result = timeStage(problem, checkers, stage);

@@ -20,9 +20,8 @@ struct TimingFailure {
 /// Times all stages. Every curve is proven free in the world of its stage (StateChecker::hitAlong);
 /// a stage that touches is timed again with tighter corners before it is given up. Then stages of
 /// the two robots are let overlap (startTimes()).
-std::variant<std::vector<StageTrajectory>, TimingFailure> timeStages(const HandoverProblem& problem,
-                                                                     const CheckerFactory& checkers,
-                                                                     const Exchange& exchange,
-                                                                     std::uint32_t solution);
+std::variant<std::vector<StageTrajectory>, TimingFailure> timeStages(
+    const HandoverProblem& problem, const CollisionContext& checkers, const Exchange& exchange,
+    std::uint32_t solution);
 
 }  // namespace handover

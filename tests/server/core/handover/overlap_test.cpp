@@ -97,7 +97,7 @@ class OverlapTest : public testing::Test {
   HandoverProblem problem_;
   Manipulator giver_, receiver_;
   std::optional<CollisionWorld> world_;
-  std::optional<CheckerFactory> checkers_;
+  std::optional<CollisionContext> checkers_;
   std::vector<StagePath> paths_;
   std::vector<TimedStage> stages_;
 };

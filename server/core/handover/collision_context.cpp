@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/handover/cell_state.hpp"
+#include "core/handover/collision_context.hpp"
 
 #include <algorithm>
 
@@ -29,8 +29,8 @@ std::shared_ptr<const CollisionScene> collisionForTask(const Scene& scene,
   return std::make_shared<const CollisionScene>(lifted);
 }
 
-CheckerFactory::CheckerFactory(const HandoverProblem& problem, const Manipulator& giver,
-                               const Manipulator& receiver, CollisionWorld& world)
+CollisionContext::CollisionContext(const HandoverProblem& problem, const Manipulator& giver,
+                                   const Manipulator& receiver, CollisionWorld& world)
     : problem_(problem),
       giver_(giver),
       receiver_(receiver),
@@ -40,14 +40,14 @@ CheckerFactory::CheckerFactory(const HandoverProblem& problem, const Manipulator
       start_rest_(bodiesOf(problem, problem.scene->objects[at(object_)].resting)),
       goal_rest_(bodiesOf(problem, problem.task.goal_rest)) {}
 
-CellState CheckerFactory::startState() const {
+CellState CollisionContext::startState() const {
   CellState state;
   for (const auto& robot : problem_.scene->robots) state.q.push_back(robot.q_start);
   state.X_WO = problem_.task.X_WO_start;
   return state;
 }
 
-BodyPairs CheckerFactory::allowed(const AllowedContacts& contacts) const {
+BodyPairs CollisionContext::allowed(const AllowedContacts& contacts) const {
   BodyPairs pairs(problem_.collision->bodies());
   const std::vector<BodyId> object{object_body_};
   if (contacts.giver_hand) pairs.insert(giver_.hand_bodies, object);
@@ -57,7 +57,7 @@ BodyPairs CheckerFactory::allowed(const AllowedContacts& contacts) const {
   return pairs;
 }
 
-std::vector<NamePair> CheckerFactory::names(const AllowedContacts& contacts) const {
+std::vector<NamePair> CollisionContext::names(const AllowedContacts& contacts) const {
   std::vector<NamePair> pairs;
   const auto add = [&](const std::vector<BodyId>& bodies) {
     for (const BodyId body : bodies) {
@@ -73,9 +73,9 @@ std::vector<NamePair> CheckerFactory::names(const AllowedContacts& contacts) con
   return pairs;
 }
 
-StateChecker CheckerFactory::make(const CellState& state, const Manipulator& mover,
-                                  const std::vector<int>& dofs,
-                                  const AllowedContacts& contacts) const {
+StateChecker CollisionContext::make(const CellState& state, const Manipulator& mover,
+                                    const std::vector<int>& dofs,
+                                    const AllowedContacts& contacts) const {
   const bool holding = state.holder == &mover;
   StateChecker checker = pattern(mover, dofs, holding, contacts);
   for (std::size_t robot = 0; robot < state.q.size(); ++robot) {
@@ -86,8 +86,9 @@ StateChecker CheckerFactory::make(const CellState& state, const Manipulator& mov
   return checker;
 }
 
-const StateChecker& CheckerFactory::pattern(const Manipulator& mover, const std::vector<int>& dofs,
-                                            bool holding, const AllowedContacts& contacts) const {
+const StateChecker& CollisionContext::pattern(const Manipulator& mover,
+                                              const std::vector<int>& dofs, bool holding,
+                                              const AllowedContacts& contacts) const {
   for (const Pattern& it : patterns_) {
     if (it.robot == mover.robot && it.holding == holding && it.contacts == contacts &&
         it.dofs == dofs) {

@@ -40,11 +40,11 @@ std::shared_ptr<const CollisionScene> collisionForTask(const Scene& scene,
                                                        const std::string& object);
 
 /// The fixed facts of one request that state checks need; makes checkers. Not thread-safe.
-class CheckerFactory {
+class CollisionContext {
  public:
   /// @pre the arguments outlive the factory.
-  CheckerFactory(const HandoverProblem& problem, const Manipulator& giver,
-                 const Manipulator& receiver, CollisionWorld& world);
+  CollisionContext(const HandoverProblem& problem, const Manipulator& giver,
+                   const Manipulator& receiver, CollisionWorld& world);
 
   CellState startState() const;
 
