@@ -224,7 +224,7 @@ int runPlan(const CommonOptions& common, const PlanOptions& options) {
 
     // Shared with the callback, which may still run when plan() throws.
     const auto report = std::make_shared<Report>(people(common));
-    const auto sent = client.plan(options.request, [&common, report](const PlanStage& stage) {
+    const auto sent = client.plan(options.request, [&common, report](const PlanEvent& stage) {
       report->add(stage);
       if (common.json) std::cout << client::jsonLine(stage) << std::endl;
     });
@@ -282,7 +282,7 @@ int runWatch(const CommonOptions& common, const std::optional<RequestId>& id) {
         },
         kExitCancelled);
     std::map<RequestId, Report> reports;
-    client.watch([&common, watched, id, reports](const PlanStage& stage) mutable {
+    client.watch([&common, watched, id, reports](const PlanEvent& stage) mutable {
       if (id && stage.request_id != *id) return;
       watched->touch();
       if (!id && stage.sequence == 0) {
@@ -313,7 +313,7 @@ int runCancel(const CommonOptions& common, const RequestId& id) {
           watched->stop();
         },
         kExitCancelled);
-    client.watch([&common, watched, id](const PlanStage& stage) {
+    client.watch([&common, watched, id](const PlanEvent& stage) {
       if (stage.request_id != id) return;
       watched->touch();
       if (const auto* outcome = std::get_if<Outcome>(&stage.payload)) {

@@ -4,7 +4,7 @@
 
 #include "json_writer.hpp"
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 #include <handover/common/status.hpp>
 
 #include <cstdint>

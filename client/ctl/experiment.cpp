@@ -245,7 +245,7 @@ class Experiment {
     };
 
     const auto answer = std::make_shared<Answer>();
-    const PlanHandle handle = client_.plan(request, [answer](const PlanStage& stage) {
+    const PlanHandle handle = client_.plan(request, [answer](const PlanEvent& stage) {
       answer->funnel.add(stage);
       answer->plan.add(stage);
     });

@@ -39,7 +39,7 @@ std::string randomClientId() { return "client-" + RequestId::random().hex().subs
 
 struct PlanHandle::State {
   PlanRequest request;
-  OnStage on_stage;
+  OnEvent on_stage;
   std::weak_ptr<Client::Impl> client;
   std::promise<Outcome> promise;
   std::shared_future<Outcome> future = promise.get_future().share();
@@ -61,7 +61,7 @@ struct Client::Impl {
   struct Event {
     Clock::time_point at;
     RequestId id;
-    wire::Decoded<PlanStage> stage;
+    wire::Decoded<PlanEvent> stage;
     bool watched = false;
   };
 
@@ -74,16 +74,16 @@ struct Client::Impl {
   wire::KnownDaemons known_daemons;
   std::map<RequestId, Pending> pending;
   std::deque<Event> events;
-  OnStage on_watched;
+  OnEvent on_watched;
   bool interrupted = false, stopping = false;
 
   // Last but the thread: their callbacks use all above.
   wire::Participant participant;
   wire::Writer<msg::HandoverRequest> requests;
   wire::Writer<msg::HandoverCancel> cancels;
-  wire::Reader<msg::PlanStage> stages;
+  wire::Reader<msg::PlanEvent> stages;
   wire::Reader<msg::DaemonStatus> statuses;
-  std::optional<wire::Reader<msg::PlanStage>> watched;
+  std::optional<wire::Reader<msg::PlanEvent>> watched;
 
   std::jthread dispatcher;
 
@@ -122,7 +122,7 @@ struct Client::Impl {
     changed.notify_all();
   }
 
-  void onStage(const wire::Sample<msg::PlanStage>& sample, bool by_watch) {
+  void onStage(const wire::Sample<msg::PlanEvent>& sample, bool by_watch) {
     if (sample.message == nullptr) return;
     Event event{Clock::now(), RequestId{sample.key}, wire::decode(*sample.message), by_watch};
     const std::lock_guard lock(mutex);
@@ -199,7 +199,7 @@ struct Client::Impl {
       Event event = std::move(events.front());
       events.pop_front();
       if (event.watched) {
-        if (const auto* stage = std::get_if<PlanStage>(&event.stage)) {
+        if (const auto* stage = std::get_if<PlanEvent>(&event.stage)) {
           lock.unlock();
           on_watched(*stage);
           lock.lock();
@@ -214,7 +214,7 @@ struct Client::Impl {
     const auto found = pending.find(event.id);
     if (found == pending.end()) return;
     const Pending state = found->second;
-    const auto* stage = std::get_if<PlanStage>(&event.stage);
+    const auto* stage = std::get_if<PlanEvent>(&event.stage);
     if (stage == nullptr) {
       const auto& faults = std::get<std::vector<Fault>>(event.stage);
       lock.unlock();
@@ -342,7 +342,7 @@ Client::~Client() { impl_->shutDown(); }
 
 const std::string& Client::clientId() const { return impl_->client_id; }
 
-PlanHandle Client::plan(PlanRequest request, OnStage on_stage) {
+PlanHandle Client::plan(PlanRequest request, OnEvent on_stage) {
   if (request.id == RequestId{}) request.id = RequestId::random();
   request.client_id = impl_->client_id;
 
@@ -358,7 +358,7 @@ PlanHandle Client::plan(PlanRequest request, OnStage on_stage) {
   state.written_at = state.answered_at = Clock::now();
   if (auto faults = check(state.request); !faults.empty()) {
     state.ended = true;
-    const PlanStage stage{state.request.id, 0, 0, Outcome{Rejected{"bad_request", faults}}};
+    const PlanEvent stage{state.request.id, 0, 0, Outcome{Rejected{"bad_request", faults}}};
     lock.unlock();
     if (state.on_stage) state.on_stage(stage);
     state.promise.set_value(std::get<Outcome>(stage.payload));
@@ -411,7 +411,7 @@ bool Client::daemonThere() const {
   return !impl_->known_daemons.empty();
 }
 
-void Client::watch(OnStage on_stage) {
+void Client::watch(OnEvent on_stage) {
   {
     std::unique_lock lock(impl_->mutex);
     impl_->awaitDaemon(lock);

@@ -212,7 +212,7 @@ Json toJson(const Outcome& outcome) {
 
 }  // namespace
 
-void PlanFile::add(const PlanStage& stage) {
+void PlanFile::add(const PlanEvent& stage) {
   const std::string name = payloadName(stage.payload);
   const auto known = [&](const auto& entry) { return entry.first == name; };
   if (std::none_of(elapsed_.begin(), elapsed_.end(), known)) {
@@ -327,15 +327,15 @@ std::string PlanFile::text() const {
   return pretty(file) + "\n";
 }
 
-const char* payloadName(const StagePayload& payload) {
+const char* payloadName(const PlanEventPayload& payload) {
   static constexpr const char* kNames[] = {
       "accepted", "scene",      "arm_selected", "grasps_pruned", "handover_candidates",
       "solution", "trajectory", "outcome"};
-  static_assert(std::size(kNames) == std::variant_size_v<StagePayload>);
+  static_assert(std::size(kNames) == std::variant_size_v<PlanEventPayload>);
   return kNames[payload.index()];
 }
 
-std::string jsonLine(const PlanStage& stage) {
+std::string jsonLine(const PlanEvent& stage) {
   Json json = {{"request_id", stage.request_id.hex()},
                {"sequence", stage.sequence},
                {"elapsed_s", stage.elapsed_s},

@@ -74,7 +74,7 @@ class CollisionCheck {
 
   /// When the tool has moved 5 mm since the stage's start.
   double endOfFirstMotion(int s) const {
-    const PlanStage& stage = motion_.stage(s);
+    const PlanEvent& stage = motion_.stage(s);
     const Party& party = scene_.partyOf(stage);
     const Eigen::Vector3d p_start =
         motion_.linkAt(party.robot, party.arm.tool_link, stage.start).translation();
@@ -114,7 +114,7 @@ class CollisionCheck {
 
     std::set<double> times = {from, to};
     for (const int s : running_) {
-      const PlanStage& stage = motion_.stage(s);
+      const PlanEvent& stage = motion_.stage(s);
       for (const double t : stage.t) {
         const double T = stage.start + t;
         if (T > from + kTimeTolerance && T < to - kTimeTolerance) times.insert(T);

@@ -10,7 +10,7 @@ namespace {
 // A joint that a stage names but leaves where it is does not move anything.
 constexpr double kStill = 1e-9;
 
-const Hold* holdOf(const PlanStage& stage, const std::string& object, const std::string& robot) {
+const Hold* holdOf(const PlanEvent& stage, const std::string& object, const std::string& robot) {
   for (const Hold& hold : stage.holding) {
     if (hold.object == object && hold.robot == robot) return &hold;
   }
@@ -35,7 +35,7 @@ const char* stageName(int stage) {
   return kNames[stage];
 }
 
-HermiteCubic cubicOf(const PlanStage& stage, std::size_t segment, std::size_t joint) {
+HermiteCubic cubicOf(const PlanEvent& stage, std::size_t segment, std::size_t joint) {
   return {stage.t[segment + 1] - stage.t[segment], stage.q[segment][joint],
           stage.qd[segment][joint], stage.q[segment + 1][joint], stage.qd[segment + 1][joint]};
 }
@@ -47,7 +47,7 @@ Motion::Motion(const Scene& scene) : scene_(scene), stages_of_robot_(scene.robot
     receiver_hold_ = *hold;
   }
   for (std::size_t s = 0; s < plan.stages.size(); ++s) {
-    const PlanStage& entry = plan.stages[s];
+    const PlanEvent& entry = plan.stages[s];
     const int robot = plan.findRobot(entry.robot);
     const Robot& model = scene.robots[static_cast<std::size_t>(robot)];
     stages_of_robot_[static_cast<std::size_t>(robot)].push_back(static_cast<int>(s));
@@ -84,7 +84,7 @@ bool Motion::moves(int stage, int joint) const {
 std::vector<double> Motion::jointsAt(int robot, double T) const {
   std::vector<double> q = scene_.q_start[static_cast<std::size_t>(robot)];
   for (const int s : stages_of_robot_[static_cast<std::size_t>(robot)]) {
-    const PlanStage& entry = stage(s);
+    const PlanEvent& entry = stage(s);
     if (entry.start > T) break;
     const double local = std::min(T - entry.start, entry.t.back());
     const std::size_t segment = segmentAt(entry.t, local);
@@ -113,7 +113,7 @@ std::vector<double> Motion::topSpeeds(int robot, double from, double to) const {
   const Robot& model = scene_.robots[static_cast<std::size_t>(robot)];
   std::vector<double> speed(model.joints.size(), 0.0);
   for (const int s : stages_of_robot_[static_cast<std::size_t>(robot)]) {
-    const PlanStage& entry = stage(s);
+    const PlanEvent& entry = stage(s);
     if (entry.start >= to || entry.end() <= from) continue;
     const std::size_t first = segmentAt(entry.t, from - entry.start);
     const std::size_t last = segmentAt(entry.t, to - entry.start - 1e-12);

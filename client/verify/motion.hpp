@@ -33,7 +33,7 @@ enum StageIndex {
 const char* stageName(int stage);
 
 /// The cubic of one joint (column) between two samples. @pre the stage's times rise.
-HermiteCubic cubicOf(const PlanStage& stage, std::size_t segment, std::size_t joint);
+HermiteCubic cubicOf(const PlanEvent& stage, std::size_t segment, std::size_t joint);
 
 /// Who carries O.
 enum class Carrier { kNobodyAtStart, kGiver, kReceiver, kNobodyAtGoal };
@@ -46,7 +46,7 @@ class Motion {
 
   const Scene& scene() const { return scene_; }
 
-  const PlanStage& stage(int index) const {
+  const PlanEvent& stage(int index) const {
     return scene_.plan.stages[static_cast<std::size_t>(index)];
   }
 

@@ -49,7 +49,7 @@ class HoldCheck {
   }
 
  private:
-  const PlanStage& stage(int s) const { return scene_.plan.stages[static_cast<std::size_t>(s)]; }
+  const PlanEvent& stage(int s) const { return scene_.plan.stages[static_cast<std::size_t>(s)]; }
 
   const Hold* find(int s, const std::string& object, const std::string& robot) const {
     for (const Hold& hold : stage(s).holding) {
@@ -152,7 +152,7 @@ class ObjectCheck {
     standstill(kReceiverGrasp);
     standstill(kGiverRelease);
 
-    const PlanStage& place = motion_.stage(kReceiverPlace);
+    const PlanEvent& place = motion_.stage(kReceiverPlace);
     const Pose X_WO_end = motion_.objectByReceiver(place.end());
     if (apart(X_WO_end, plan.X_WO_goal, kGoal, kGoalAngle)) {
       add(kReceiverPlace, place.end(), "goal",
@@ -178,7 +178,7 @@ class ObjectCheck {
 
   /// At X_WO_handover throughout the stage, for both hands.
   void standstill(int s) {
-    const PlanStage& stage = motion_.stage(s);
+    const PlanEvent& stage = motion_.stage(s);
     const Pose& X_WO_handover = motion_.scene().plan.X_WO_handover;
     for (int k = 0; k <= kStandstillSamples; ++k) {
       const double time = stage.start + (stage.end() - stage.start) * k / kStandstillSamples;

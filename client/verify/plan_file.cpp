@@ -274,8 +274,8 @@ std::vector<std::vector<double>> rows(const Field& field, std::size_t samples, s
   return result;
 }
 
-PlanStage stage(const Field& field) {
-  PlanStage result;
+PlanEvent stage(const Field& field) {
+  PlanEvent result;
   result.index = wholeNumber(field.at("index"));
   result.kind = field.at("kind").name();
   result.robot = field.at("robot").name();

@@ -49,7 +49,7 @@ struct Hold {
   Pose X_LO;
 };
 
-struct PlanStage {
+struct PlanEvent {
   int index = 0;
   std::string kind, robot;
   std::vector<std::string> joints;
@@ -69,7 +69,7 @@ struct Plan {
   std::vector<PlanObject> objects;
   Pose X_WO_start, X_WO_goal, X_WO_handover, X_OT_giver, X_OT_receiver;
   double receiver_place = 0, receiver_handover = 0, giver_pick = 0, giver_handover = 0;
-  std::vector<PlanStage> stages;
+  std::vector<PlanEvent> stages;
 
   /// Index by name, or -1.
   int findRobot(std::string_view name) const;

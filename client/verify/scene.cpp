@@ -80,7 +80,7 @@ void checkNames(const Scene& scene) {
     }
   }
   for (std::size_t s = 0; s < plan.stages.size(); ++s) {
-    const PlanStage& stage = plan.stages[s];
+    const PlanEvent& stage = plan.stages[s];
     const std::string at = "/plan/stages/" + std::to_string(s);
     const Robot& robot = scene.robots[static_cast<std::size_t>(plan.findRobot(stage.robot))];
     for (const std::string& joint : stage.joints) {

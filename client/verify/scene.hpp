@@ -38,7 +38,7 @@ struct Scene {
   std::vector<SceneBody> bodies;
   int object_body = -1;  ///< O in bodies
 
-  const Party& partyOf(const PlanStage& stage) const {
+  const Party& partyOf(const PlanEvent& stage) const {
     return plan.findRobot(stage.robot) == giver.robot ? giver : receiver;
   }
 };

@@ -92,7 +92,7 @@ class StructureCheck {
   }
 
  private:
-  const PlanStage& stage(int index) const {
+  const PlanEvent& stage(int index) const {
     return scene_.plan.stages[static_cast<std::size_t>(index)];
   }
 
@@ -128,7 +128,7 @@ class StructureCheck {
   }
 
   bool times(int s) {
-    const PlanStage& entry = stage(s);
+    const PlanEvent& entry = stage(s);
     bool sound = true;
     const auto fault = [&](const std::string& what) {
       violation(s, entry.start, "samples", what);
@@ -147,7 +147,7 @@ class StructureCheck {
   }
 
   bool robotAndJoints(int s) {
-    const PlanStage& entry = stage(s);
+    const PlanEvent& entry = stage(s);
     const std::string& robot = isGiverStage(s) ? scene_.plan.giver : scene_.plan.receiver;
     if (entry.robot != robot) {
       violation(s, entry.start, "robot", "moves " + entry.robot + " instead of " + robot);
@@ -265,7 +265,7 @@ bool checkStructure(const Scene& scene, Report& report) {
 
 void checkClaims(const Scene& scene, const ContactRules& rules, Report& report) {
   for (int s = 0; s < kStages; ++s) {
-    const PlanStage& stage = scene.plan.stages[static_cast<std::size_t>(s)];
+    const PlanEvent& stage = scene.plan.stages[static_cast<std::size_t>(s)];
     for (const auto& [a, b] : stage.may_touch) {
       if (rules.mayTouch(s, true, a, b) || rules.standing(a, b)) continue;
       report.violations.push_back(

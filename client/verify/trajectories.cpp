@@ -39,7 +39,7 @@ class TrajectoryCheck {
     std::map<std::pair<int, std::string>, double> stopped_at;
     // In the file's order, which is each robot's order in time.
     for (int s = 0; s < kStages; ++s) {
-      const PlanStage& stage = scene_.plan.stages[static_cast<std::size_t>(s)];
+      const PlanEvent& stage = scene_.plan.stages[static_cast<std::size_t>(s)];
       const int robot = scene_.plan.findRobot(stage.robot);
       const auto at = static_cast<std::size_t>(robot);
       for (std::size_t c = 0; c < stage.joints.size(); ++c) {
@@ -58,12 +58,12 @@ class TrajectoryCheck {
 
  private:
   void violation(int s, double time, const char* kind, const std::string& what) {
-    const PlanStage& stage = scene_.plan.stages[static_cast<std::size_t>(s)];
+    const PlanEvent& stage = scene_.plan.stages[static_cast<std::size_t>(s)];
     report_.violations.push_back({stage.kind, s, time, kind, what, {}});
   }
 
   void checkEnds(int s, std::size_t c, double from) {
-    const PlanStage& stage = scene_.plan.stages[static_cast<std::size_t>(s)];
+    const PlanEvent& stage = scene_.plan.stages[static_cast<std::size_t>(s)];
     const std::string& name = stage.joints[c];
     if (std::abs(stage.q.front()[c] - from) > kJoinTolerance) {
       violation(s, stage.start, "join",
@@ -98,7 +98,7 @@ class TrajectoryCheck {
 
   void checkAgainstLimits(int s, std::size_t c, const std::string& name,
                           const ClaimedLimits& limits, double multiplier, double offset) {
-    const PlanStage& stage = scene_.plan.stages[static_cast<std::size_t>(s)];
+    const PlanEvent& stage = scene_.plan.stages[static_cast<std::size_t>(s)];
     Worst position, velocity, acceleration;
     for (std::size_t k = 0; k + 1 < stage.t.size(); ++k) {
       const HermiteCubic cubic = cubicOf(stage, k, c);
@@ -129,7 +129,7 @@ class TrajectoryCheck {
   }
 
   void checkPosture(int s, std::size_t robot) {
-    const PlanStage& stage = scene_.plan.stages[static_cast<std::size_t>(s)];
+    const PlanEvent& stage = scene_.plan.stages[static_cast<std::size_t>(s)];
     for (std::size_t c = 0; c < stage.joints.size(); ++c) {
       const auto joint = static_cast<std::size_t>(scene_.robots[robot].findJoint(stage.joints[c]));
       const double home = scene_.q_start[robot][joint];

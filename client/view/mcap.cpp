@@ -214,7 +214,7 @@ class Recorder {
     double end = 0;
     for (const auto& stage : scene_.plan.stages) end = std::max(end, stage.end());
     const auto frames = static_cast<int>(std::ceil(end / kFrame));
-    std::vector<const verify::PlanStage*> stages;
+    std::vector<const verify::PlanEvent*> stages;
     for (const auto& stage : scene_.plan.stages) stages.push_back(&stage);
     std::stable_sort(stages.begin(), stages.end(),
                      [](const auto* a, const auto* b) { return a->start < b->start; });

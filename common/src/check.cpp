@@ -335,7 +335,7 @@ std::vector<Fault> check(const PlanRequest& request) {
   return std::move(c.faults);
 }
 
-std::vector<Fault> check(const PlanStage& stage) {
+std::vector<Fault> check(const PlanEvent& stage) {
   Checker c;
   c.finite("elapsed_s", stage.elapsed_s);
   std::visit([&c](const auto& payload) { checkPayload(c, payload); }, stage.payload);

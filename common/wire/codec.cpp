@@ -289,7 +289,7 @@ ObjectSnapshot objectFromWire(const msg::ObjectState& object, Faults& faults) {
 
 // Payloads.
 
-void put(msg::StagePayload& out, const Accepted& accepted) {
+void put(msg::PlanEventPayload& out, const Accepted& accepted) {
   msg::Accepted value;
   value.queue_place(accepted.queue_place);
   value.scene_revision(accepted.scene_revision);
@@ -300,7 +300,7 @@ Accepted fromWire(const msg::Accepted& value) {
   return {value.queue_place(), value.scene_revision()};
 }
 
-void put(msg::StagePayload& out, const SceneSnapshot& scene) {
+void put(msg::PlanEventPayload& out, const SceneSnapshot& scene) {
   msg::SceneSnapshot value;
   value.cell(scene.cell);
   value.task(scene.task);
@@ -338,7 +338,7 @@ SceneSnapshot sceneFromWire(const msg::SceneSnapshot& value, Faults& faults) {
   return scene;
 }
 
-void put(msg::StagePayload& out, const ArmSelected& arms) {
+void put(msg::PlanEventPayload& out, const ArmSelected& arms) {
   msg::ArmSelected value;
   value.giver_arm(arms.giver_arm);
   value.receiver_arm(arms.receiver_arm);
@@ -360,7 +360,7 @@ ArmSelected fromWire(const msg::ArmSelected& value) {
   return arms;
 }
 
-void put(msg::StagePayload& out, const GraspsPruned& pruned) {
+void put(msg::PlanEventPayload& out, const GraspsPruned& pruned) {
   msg::GraspsPruned value;
   value.robot(pruned.robot);
   value.arm(pruned.arm);
@@ -375,7 +375,7 @@ GraspsPruned fromWire(const msg::GraspsPruned& value) {
           allFromWire<RejectCount>(value.rejects())};
 }
 
-void put(msg::StagePayload& out, const HandoverCandidates& candidates) {
+void put(msg::PlanEventPayload& out, const HandoverCandidates& candidates) {
   msg::HandoverCandidates value;
   value.giver_arm(candidates.giver_arm);
   value.receiver_arm(candidates.receiver_arm);
@@ -399,7 +399,7 @@ HandoverCandidates fromWire(const msg::HandoverCandidates& value) {
           allFromWire<LatticeCell>(value.lattice())};
 }
 
-void put(msg::StagePayload& out, const Solution& solution) {
+void put(msg::PlanEventPayload& out, const Solution& solution) {
   msg::Solution value;
   value.index(solution.index);
   value.giver_arm(solution.giver_arm);
@@ -457,7 +457,7 @@ std::vector<std::vector<double>> rowsOf(const std::vector<double>& flat, std::si
   return out;
 }
 
-void put(msg::StagePayload& out, const StageTrajectory& stage) {
+void put(msg::PlanEventPayload& out, const StageTrajectory& stage) {
   msg::Trajectory value;
   value.solution(stage.solution);
   value.index(stage.index);
@@ -512,7 +512,7 @@ Explanation fromWire(const msg::Explanation& why) {
           allFromWire<Override>(why.nearest_fix()), why.fix_text()};
 }
 
-void put(msg::StagePayload& out, const Outcome& outcome) {
+void put(msg::PlanEventPayload& out, const Outcome& outcome) {
   msg::Outcome value;
   if (const auto* done = std::get_if<Done>(&outcome)) {
     value.kind(msg::OUTCOME_DONE);
@@ -562,7 +562,7 @@ Outcome outcomeFromWire(const msg::Outcome& value, Faults& faults) {
   return Cancelled{};
 }
 
-StagePayload payloadFromWire(const msg::StagePayload& payload, Faults& faults) {
+PlanEventPayload payloadFromWire(const msg::PlanEventPayload& payload, Faults& faults) {
   switch (payload._d()) {
     case msg::PAYLOAD_ACCEPTED:
       return fromWire(payload.accepted_value());
@@ -705,8 +705,8 @@ Decoded<PlanRequest> decode(const msg::HandoverRequest& message) {
   return checked(std::move(request), std::move(faults));
 }
 
-msg::PlanStage encode(const PlanStage& stage) {
-  msg::PlanStage out;
+msg::PlanEvent encode(const PlanEvent& stage) {
+  msg::PlanEvent out;
   out.version(msg::WIRE_VERSION);
   out.request_id(stage.request_id.bytes);
   out.sequence_number(stage.sequence);
@@ -715,10 +715,10 @@ msg::PlanStage encode(const PlanStage& stage) {
   return out;
 }
 
-Decoded<PlanStage> decode(const msg::PlanStage& message) {
+Decoded<PlanEvent> decode(const msg::PlanEvent& message) {
   Faults faults = versionFaults(message.version());
   checkExtensions(message.extensions(), faults);
-  PlanStage stage;
+  PlanEvent stage;
   stage.request_id.bytes = message.request_id();
   stage.sequence = message.sequence_number();
   stage.elapsed_s = message.elapsed_s();

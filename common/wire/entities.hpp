@@ -94,7 +94,7 @@ struct TopicOf<msg::HandoverCancel> {
 };
 
 template <>
-struct TopicOf<msg::PlanStage> {
+struct TopicOf<msg::PlanEvent> {
   static constexpr TopicId kId = TopicId::kStage;
 };
 

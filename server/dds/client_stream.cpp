@@ -14,8 +14,8 @@ using namespace std::chrono_literals;
 /// Answered requests that are kept at most: half of what the writer can hold.
 constexpr std::size_t kAnswered = 128;
 
-msg::PlanStage keyOnly(const RequestId& id) {
-  msg::PlanStage message;
+msg::PlanEvent keyOnly(const RequestId& id) {
+  msg::PlanEvent message;
   message.request_id(id.bytes);
   return message;
 }
@@ -38,7 +38,7 @@ ClientStream::~ClientStream() {
   changed_.notify_all();
 }
 
-void ClientStream::publish(const PlanStage& stage) {
+void ClientStream::publish(const PlanEvent& stage) {
   {
     const std::lock_guard lock(mutex_);
     last_used_ = Clock::now();
@@ -91,9 +91,9 @@ void ClientStream::loop() noexcept {
 }
 
 void ClientStream::run() {
-  wire::Writer<msg::PlanStage> writer(participant_, {.partition = client_id_});
+  wire::Writer<msg::PlanEvent> writer(participant_, {.partition = client_id_});
   while (true) {
-    std::deque<PlanStage> batch;
+    std::deque<PlanEvent> batch;
     {
       std::unique_lock lock(mutex_);
       const auto wake = [this] {
@@ -116,7 +116,7 @@ void ClientStream::run() {
       if (stopping_ || dropped_) return;
       batch.swap(backlog_);
     }
-    for (const PlanStage& stage : batch) {
+    for (const PlanEvent& stage : batch) {
       if (send(writer, stage)) continue;
       const std::lock_guard lock(mutex_);
       dropped_ = true;
@@ -126,7 +126,7 @@ void ClientStream::run() {
   }
 }
 
-bool ClientStream::send(wire::Writer<msg::PlanStage>& writer, const PlanStage& stage) {
+bool ClientStream::send(wire::Writer<msg::PlanEvent>& writer, const PlanEvent& stage) {
   if (stage.sequence == 0) {
     if (answered_.size() >= kAnswered) {
       writer.waitForAcknowledgments(1s);  // what is forgotten is not sent again
@@ -152,7 +152,7 @@ bool ClientStream::send(wire::Writer<msg::PlanStage>& writer, const PlanStage& s
   return false;
 }
 
-void ClientStream::forget(wire::Writer<msg::PlanStage>& writer, Clock::time_point now) {
+void ClientStream::forget(wire::Writer<msg::PlanEvent>& writer, Clock::time_point now) {
   // A full writer forgets the older half of its answers before their time: not one by one, or each
   // request from then on would wait for the acknowledgement, which takes up to a heartbeat.
   const bool full = now == Clock::time_point::max();

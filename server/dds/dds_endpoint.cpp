@@ -232,7 +232,7 @@ void DdsEndpoint::stopReceiving() {
   }
 }
 
-void DdsEndpoint::publish(const std::string& client_id, const PlanStage& stage) {
+void DdsEndpoint::publish(const std::string& client_id, const PlanEvent& stage) {
   const std::lock_guard lock(impl_->mutex);
   ClientStream* stream = impl_->stream(client_id);
   if (stream == nullptr) return;

@@ -26,7 +26,7 @@ class DdsEndpoint : public Endpoint {
 
   void open(RequestHandler& handler) override;
   void stopReceiving() override;
-  void publish(const std::string& client_id, const PlanStage& stage) override;
+  void publish(const std::string& client_id, const PlanEvent& stage) override;
   void publishStatus(const DaemonStatus& status) override;
   std::vector<DaemonStatus> others() const override;
   void flush(std::chrono::milliseconds most) override;

@@ -39,9 +39,9 @@ constexpr std::size_t kKept = 256;
 constexpr std::chrono::milliseconds kDeadlineCheck{20};
 
 /// For plans that are only asked whether they exist.
-class SilentSink : public StageSink {
+class SilentSink : public PlanEventSink {
  public:
-  void emit(StagePayload) override {}
+  void emit(PlanEventPayload) override {}
 };
 
 /// Whether where the receiver stands can have to do with a failure: what the giver alone cannot do
@@ -392,7 +392,7 @@ std::variant<HandoverProblem, Outcome> CellService::problemOf(const PlanRequest&
   return problemOf(*loaded, request, deadline);
 }
 
-Outcome CellService::plan(const PlanRequest& request, StageSink& sink, const Deadline& deadline) {
+Outcome CellService::plan(const PlanRequest& request, PlanEventSink& sink, const Deadline& deadline) {
   auto problem = problemOf(request, deadline);
   if (auto* refused = std::get_if<Outcome>(&problem)) return std::move(*refused);
   Outcome outcome = planHandover(std::get<HandoverProblem>(problem), sink, deadline);

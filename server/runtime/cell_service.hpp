@@ -74,7 +74,7 @@ class CellService : public PlanService {
 
   std::vector<CellInfo> cells() const override;
   void prepare(const Deadline& deadline) override;
-  Outcome plan(const PlanRequest& request, StageSink& sink, const Deadline& deadline) override;
+  Outcome plan(const PlanRequest& request, PlanEventSink& sink, const Deadline& deadline) override;
 
   /// What plan() solves; or the outcome of a request that cannot be planned at all.
   std::variant<HandoverProblem, Outcome> problemOf(const PlanRequest& request,

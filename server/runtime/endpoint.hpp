@@ -2,7 +2,7 @@
 // Where requests come from and answers go to: DDS in the daemon, memory in tests.
 #pragma once
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 #include <handover/common/status.hpp>
 
 #include <chrono>
@@ -38,7 +38,7 @@ class Endpoint {
 
   /// Sends a stage to a client, in order per request. Never blocks on a client; a client that does
   /// not keep up is dropped.
-  virtual void publish(const std::string& client_id, const PlanStage& stage) = 0;
+  virtual void publish(const std::string& client_id, const PlanEvent& stage) = 0;
   /// Announces this daemon. Called at least every two seconds.
   virtual void publishStatus(const DaemonStatus& status) = 0;
   /// The other daemons announced and alive.

@@ -13,7 +13,7 @@ void MemoryEndpoint::stopReceiving() {
   handler_ = nullptr;
 }
 
-void MemoryEndpoint::publish(const std::string&, const PlanStage& stage) {
+void MemoryEndpoint::publish(const std::string&, const PlanEvent& stage) {
   const std::lock_guard lock(mutex_);
   stages_[stage.request_id].push_back(stage);
   changed_.notify_all();
@@ -51,17 +51,17 @@ void MemoryEndpoint::announceOther(const DaemonStatus& status) {
   others_.push_back(status);
 }
 
-std::vector<PlanStage> MemoryEndpoint::stages(const RequestId& id) const {
+std::vector<PlanEvent> MemoryEndpoint::stages(const RequestId& id) const {
   const std::lock_guard lock(mutex_);
   const auto found = stages_.find(id);
-  return found == stages_.end() ? std::vector<PlanStage>{} : found->second;
+  return found == stages_.end() ? std::vector<PlanEvent>{} : found->second;
 }
 
-std::optional<std::vector<PlanStage>> MemoryEndpoint::waitFor(
-    const RequestId& id, const std::function<bool(const std::vector<PlanStage>&)>& condition,
+std::optional<std::vector<PlanEvent>> MemoryEndpoint::waitFor(
+    const RequestId& id, const std::function<bool(const std::vector<PlanEvent>&)>& condition,
     std::chrono::milliseconds most) const {
   std::unique_lock lock(mutex_);
-  std::vector<PlanStage> seen;
+  std::vector<PlanEvent> seen;
   const bool met = changed_.wait_for(lock, most, [&] {
     const auto found = stages_.find(id);
     if (found != stages_.end()) seen = found->second;
@@ -72,7 +72,7 @@ std::optional<std::vector<PlanStage>> MemoryEndpoint::waitFor(
 }
 
 std::optional<Outcome> MemoryEndpoint::outcome(const RequestId& id) const {
-  const auto ended = [](const std::vector<PlanStage>& stages) {
+  const auto ended = [](const std::vector<PlanEvent>& stages) {
     return !stages.empty() && std::holds_alternative<Outcome>(stages.back().payload);
   };
   const auto seen = waitFor(id, ended);

@@ -17,7 +17,7 @@ class MemoryEndpoint : public Endpoint {
  public:
   void open(RequestHandler& handler) override;
   void stopReceiving() override;
-  void publish(const std::string& client_id, const PlanStage& stage) override;
+  void publish(const std::string& client_id, const PlanEvent& stage) override;
   void publishStatus(const DaemonStatus& status) override;
   std::vector<DaemonStatus> others() const override;
 
@@ -31,10 +31,10 @@ class MemoryEndpoint : public Endpoint {
   void announceOther(const DaemonStatus& status);
 
   /// Stages of a request so far, in the order of publishing.
-  std::vector<PlanStage> stages(const RequestId& id) const;
+  std::vector<PlanEvent> stages(const RequestId& id) const;
   /// Waits until the stages of a request fulfil a condition; nullopt after `most`.
-  std::optional<std::vector<PlanStage>> waitFor(
-      const RequestId& id, const std::function<bool(const std::vector<PlanStage>&)>& condition,
+  std::optional<std::vector<PlanEvent>> waitFor(
+      const RequestId& id, const std::function<bool(const std::vector<PlanEvent>&)>& condition,
       std::chrono::milliseconds most = std::chrono::seconds(20)) const;
   /// Waits for the outcome of a request.
   std::optional<Outcome> outcome(const RequestId& id) const;
@@ -47,7 +47,7 @@ class MemoryEndpoint : public Endpoint {
   mutable std::condition_variable changed_;
   std::mutex delivering_;  // held while the handler runs; guards handler_
   RequestHandler* handler_ = nullptr;
-  std::map<RequestId, std::vector<PlanStage>> stages_;
+  std::map<RequestId, std::vector<PlanEvent>> stages_;
   std::vector<DaemonStatus> others_;
   std::optional<DaemonStatus> status_;
 };

@@ -6,7 +6,7 @@
 #include "core/handover/planner.hpp"
 
 #include <handover/common/deadline.hpp>
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
 #include <cstdint>
 #include <functional>

@@ -5,7 +5,7 @@
 #include "core/handover/planner.hpp"
 
 #include <handover/common/deadline.hpp>
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 #include <handover/common/status.hpp>
 
 #include <vector>
@@ -27,7 +27,7 @@ class PlanService {
   /// Answers a request whose fields were validated and whose cell is one of cells(): checks names,
   /// task, overrides and the expected revision (Rejected with every fault), plans, emits stages to
   /// the sink and returns the outcome without emitting it.
-  virtual Outcome plan(const PlanRequest& request, StageSink& sink, const Deadline& deadline) = 0;
+  virtual Outcome plan(const PlanRequest& request, PlanEventSink& sink, const Deadline& deadline) = 0;
 };
 
 }  // namespace handover

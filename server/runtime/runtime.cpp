@@ -36,7 +36,7 @@ std::string describe(const Outcome& outcome) {
 }  // namespace
 
 /// The answer to one request. Used by one thread at a time: who took it from the queue owns it.
-class Runtime::Stream : public StageSink {
+class Runtime::Stream : public PlanEventSink {
  public:
   Stream(Endpoint& endpoint, PlanRequest taken)
       : request(std::move(taken)), taken_at(Clock::now()), endpoint_(endpoint) {
@@ -50,8 +50,8 @@ class Runtime::Stream : public StageSink {
   }
 
   /// @throws std::logic_error when the payload is beyond what the wire carries.
-  void emit(StagePayload payload) override {
-    const PlanStage stage{request.id, next_sequence_, elapsed(), std::move(payload)};
+  void emit(PlanEventPayload payload) override {
+    const PlanEvent stage{request.id, next_sequence_, elapsed(), std::move(payload)};
     const auto faults = check(stage);
     if (!faults.empty()) {
       throw std::logic_error("a stage that must not be sent:" + describe(faults));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What goes into a plan file comes out of it: drawn answers, written by the client, read by the
 // verifier, which shares no code with it.
-#include "any_stages.hpp"
+#include "any_events.hpp"
 #include "property.hpp"
 #include "verify/plan_file.hpp"
 
@@ -82,7 +82,7 @@ void compare(const ObjectSnapshot& written, const verify::PlanObject& read) {
   RC_ASSERT(read.resting == written.resting);
 }
 
-void compare(const StageTrajectory& written, const verify::PlanStage& read) {
+void compare(const StageTrajectory& written, const verify::PlanEvent& read) {
   RC_ASSERT(read.index == static_cast<int>(written.index));
   RC_ASSERT(read.kind == toString(written.kind));
   RC_ASSERT(read.robot == written.robot);
@@ -129,7 +129,7 @@ void compare(const SceneSnapshot& written, const verify::Plan& read) {
 }
 
 /// Seed and hash, which the verifier has no use for, and the rest of the file.
-void compareUnread(const PlanFile& file, const std::vector<PlanStage>& answer,
+void compareUnread(const PlanFile& file, const std::vector<PlanEvent>& answer,
                    const nlohmann::json& json) {
   const auto& scene = std::get<SceneSnapshot>(answer[1].payload);
   RC_ASSERT(json["plan"]["seed"].get<std::uint64_t>() == scene.seed);
@@ -145,9 +145,9 @@ void compareUnread(const PlanFile& file, const std::vector<PlanStage>& answer,
 
 TEST(PlanFile, IsReadBackAsItWasWrittenWhateverIsDrawn) {
   EXPECT_TRUE(test::holds("answers", 60, [] {
-    const std::vector<PlanStage> answer = test::anyAnswer();
+    const std::vector<PlanEvent> answer = test::anyAnswer();
     PlanFile file;
-    for (const PlanStage& stage : answer) file.add(stage);
+    for (const PlanEvent& stage : answer) file.add(stage);
     RC_ASSERT(file.complete());
     const std::string text = file.text();
     const verify::Plan plan = verify::parsePlan(text);
@@ -164,7 +164,7 @@ TEST(PlanFile, IsReadBackAsItWasWrittenWhateverIsDrawn) {
 
 TEST(JsonLine, IsOneLineOfJsonWhateverIsDrawn) {
   EXPECT_TRUE(test::holds("stages", 200, [] {
-    const PlanStage stage = test::anyStage();
+    const PlanEvent stage = test::anyStage();
     const std::string line = jsonLine(stage);
     RC_ASSERT(line.find('\n') == std::string::npos);
     const auto json = nlohmann::json::parse(line);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "json_writer.hpp"
-#include "sample_stages.hpp"
+#include "sample_events.hpp"
 
 #include <handover/client/plan_file.hpp>
 
@@ -15,9 +15,9 @@
 namespace handover::client {
 namespace {
 
-PlanFile fileOf(const std::vector<PlanStage>& stages) {
+PlanFile fileOf(const std::vector<PlanEvent>& stages) {
   PlanFile file;
-  for (const PlanStage& stage : stages) file.add(stage);
+  for (const PlanEvent& stage : stages) file.add(stage);
   return file;
 }
 
@@ -102,7 +102,7 @@ TEST(PlanFile, SaysHowMuchOverlapSaves) {
   auto stages = test::sampleAnswer(RequestId{});
   // One after another.
   std::map<std::uint32_t, double> now;
-  for (PlanStage& it : stages) {
+  for (PlanEvent& it : stages) {
     auto* stage = std::get_if<StageTrajectory>(&it.payload);
     if (stage == nullptr) continue;
     stage->start = now[stage->solution];
@@ -111,7 +111,7 @@ TEST(PlanFile, SaysHowMuchOverlapSaves) {
   const MotionTime sequential = fileOf(stages).motionTime();
   EXPECT_EQ(sequential.motion_s, 7.0);
   EXPECT_EQ(sequential.overlap_saves_s, 0.0);
-  for (PlanStage& it : stages) {
+  for (PlanEvent& it : stages) {
     auto* stage = std::get_if<StageTrajectory>(&it.payload);
     if (stage != nullptr && stage->kind >= StageKind::kReceiverReach) stage->start -= 0.25;
   }
@@ -132,7 +132,7 @@ TEST(PlanFile, IsNotCompleteWithoutEveryStage) {
 }
 
 TEST(JsonLine, IsOneLineForEveryPayload) {
-  for (const StagePayload& payload : test::samplePayloads()) {
+  for (const PlanEventPayload& payload : test::samplePayloads()) {
     const std::string line = jsonLine({RequestId{}, 4, 0.5, payload});
     EXPECT_EQ(line.find('\n'), std::string::npos);
     const Json json = Json::parse(line);

@@ -89,7 +89,7 @@ bool noneKept(const std::map<int, PrunedGrasps>& by_arm) {
 /// The search for one request: the paper's candidates first, then what `wide` adds.
 class HandoverSearch {
  public:
-  HandoverSearch(const HandoverProblem& problem, StageSink& sink, const Deadline& deadline)
+  HandoverSearch(const HandoverProblem& problem, PlanEventSink& sink, const Deadline& deadline)
       : problem_(problem),
         sink_(sink),
         deadline_(deadline),
@@ -139,7 +139,7 @@ class HandoverSearch {
   bool spent() const { return connects_ >= kConnectAttempts || hands_ >= kHandsAttempts; }
 
   const HandoverProblem& problem_;
-  StageSink& sink_;
+  PlanEventSink& sink_;
   const Deadline& deadline_;
   CollisionWorld world_, spare_world_;
   std::map<std::pair<int, int>, Manipulator> manipulators_;  ///< by robot and arm
@@ -608,7 +608,7 @@ void HandoverSearch::emitFinal() {
 
 }  // namespace
 
-Outcome planHandover(const HandoverProblem& problem, StageSink& sink, const Deadline& deadline) {
+Outcome planHandover(const HandoverProblem& problem, PlanEventSink& sink, const Deadline& deadline) {
   return HandoverSearch(problem, sink, deadline).run();
 }
 

@@ -9,7 +9,7 @@
 #include "core/reachability/reachability_map.hpp"
 
 #include <handover/common/deadline.hpp>
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
 #include <memory>
 #include <vector>
@@ -17,10 +17,10 @@
 namespace handover {
 
 /// Takes the stages of an answer as they become known. Called from the planning thread.
-class StageSink {
+class PlanEventSink {
  public:
-  virtual ~StageSink() = default;
-  virtual void emit(StagePayload payload) = 0;
+  virtual ~PlanEventSink() = default;
+  virtual void emit(PlanEventPayload payload) = 0;
 };
 
 /// What was prepared offline for one robot of the scene.
@@ -46,7 +46,7 @@ struct HandoverProblem {
 
 /// Plans; emits the scene snapshot, the funnel, solutions and trajectories, and returns the outcome
 /// (which the caller emits). Same problem, same stages, byte for byte. Safe from any thread.
-Outcome planHandover(const HandoverProblem& problem, StageSink& sink, const Deadline& deadline);
+Outcome planHandover(const HandoverProblem& problem, PlanEventSink& sink, const Deadline& deadline);
 
 /// Whether the maps leave the problem a chance: an arm for the start, one for the goal (rankArms)
 /// and a lattice point that both reach by their maps. No collisions; of `collision` only which

@@ -2,7 +2,7 @@
 // Counts of why candidates fell, for the funnel and for explanations.
 #pragma once
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
 #include <map>
 #include <string>

@@ -4,7 +4,7 @@
 
 #include "core/handover/exchange.hpp"
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
 #include <string>
 #include <variant>

@@ -6,7 +6,7 @@
 #include "core/model/robot_model.hpp"
 
 #include <handover/common/geometry.hpp>
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
 #include <map>
 #include <memory>

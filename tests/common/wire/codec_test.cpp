@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wire/codec.hpp"
 
-#include "any_stages.hpp"
+#include "any_events.hpp"
 #include "property.hpp"
-#include "sample_stages.hpp"
+#include "sample_events.hpp"
 
 #include <fastdds/rtps/common/SerializedPayload.h>
 #include <gmock/gmock.h>
@@ -55,7 +55,7 @@ std::vector<Fault> faultsOf(const msg::HandoverRequest& message) {
   return faults == nullptr ? std::vector<Fault>{} : *faults;
 }
 
-std::vector<Fault> faultsOf(const msg::PlanStage& message) {
+std::vector<Fault> faultsOf(const msg::PlanEvent& message) {
   const auto decoded = decode(message);
   const auto* faults = std::get_if<std::vector<Fault>>(&decoded);
   return faults == nullptr ? std::vector<Fault>{} : *faults;
@@ -169,22 +169,22 @@ TEST(RequestCodec, TakesQuaternionsWithinAThousandthOfUnitLength) {
 
 TEST(StageCodec, RoundTripsEveryPayload) {
   std::uint32_t sequence = 0;
-  for (const StagePayload& payload : test::samplePayloads()) {
-    const PlanStage stage{RequestId::random(), sequence++, 0.125, payload};
+  for (const PlanEventPayload& payload : test::samplePayloads()) {
+    const PlanEvent stage{RequestId::random(), sequence++, 0.125, payload};
     const auto back = decode(throughBytes<msg::PlanStagePubSubType>(encode(stage)));
-    ASSERT_TRUE(std::holds_alternative<PlanStage>(back)) << sequence;
-    EXPECT_EQ(std::get<PlanStage>(back), stage) << sequence;
+    ASSERT_TRUE(std::holds_alternative<PlanEvent>(back)) << sequence;
+    EXPECT_EQ(std::get<PlanEvent>(back), stage) << sequence;
   }
 }
 
 TEST(StageCodec, RoundTripsWhateverIsDrawn) {
-  std::array<int, std::variant_size_v<StagePayload>> drawn{};
+  std::array<int, std::variant_size_v<PlanEventPayload>> drawn{};
   EXPECT_TRUE(test::holds("stages", 400, [&] {
-    const PlanStage stage = test::anyStage();
+    const PlanEvent stage = test::anyStage();
     RC_ASSERT(check(stage).empty());
     const auto back = decode(throughBytes<msg::PlanStagePubSubType>(encode(stage)));
-    RC_ASSERT(std::holds_alternative<PlanStage>(back));
-    RC_ASSERT(std::get<PlanStage>(back) == stage);
+    RC_ASSERT(std::holds_alternative<PlanEvent>(back));
+    RC_ASSERT(std::get<PlanEvent>(back) == stage);
     ++drawn[stage.payload.index()];
   }));
   EXPECT_THAT(drawn, testing::Each(testing::Gt(0)));
@@ -192,31 +192,31 @@ TEST(StageCodec, RoundTripsWhateverIsDrawn) {
 
 TEST(StageCodec, RoundTripsEveryReasonAndKind) {
   for (int reason = 1; reason <= static_cast<int>(FailureReason::kInternal); ++reason) {
-    const PlanStage stage{RequestId::random(), 0, 0,
+    const PlanEvent stage{RequestId::random(), 0, 0,
                           Outcome{Failed{static_cast<FailureReason>(reason), {}}}};
     const auto back = decode(encode(stage));
-    ASSERT_TRUE(std::holds_alternative<PlanStage>(back)) << reason;
-    EXPECT_EQ(std::get<PlanStage>(back), stage) << reason;
+    ASSERT_TRUE(std::holds_alternative<PlanEvent>(back)) << reason;
+    EXPECT_EQ(std::get<PlanEvent>(back), stage) << reason;
   }
   for (const char* reason : {"bad_request", "unknown_cell", "busy", "scene_changed"}) {
-    const PlanStage stage{RequestId::random(), 0, 0, Outcome{Rejected{reason, {}}}};
+    const PlanEvent stage{RequestId::random(), 0, 0, Outcome{Rejected{reason, {}}}};
     const auto back = decode(encode(stage));
-    ASSERT_TRUE(std::holds_alternative<PlanStage>(back)) << reason;
-    EXPECT_EQ(std::get<PlanStage>(back), stage) << reason;
+    ASSERT_TRUE(std::holds_alternative<PlanEvent>(back)) << reason;
+    EXPECT_EQ(std::get<PlanEvent>(back), stage) << reason;
   }
   for (int i = 0; i < kStageCount; ++i) {
-    const PlanStage stage{RequestId::random(), 0, 0, test::sampleTrajectory(0, i)};
+    const PlanEvent stage{RequestId::random(), 0, 0, test::sampleTrajectory(0, i)};
     const auto back = decode(encode(stage));
-    ASSERT_TRUE(std::holds_alternative<PlanStage>(back)) << i;
-    EXPECT_EQ(std::get<PlanStage>(back), stage) << i;
+    ASSERT_TRUE(std::holds_alternative<PlanEvent>(back)) << i;
+    EXPECT_EQ(std::get<PlanEvent>(back), stage) << i;
   }
 }
 
 TEST(StageCodec, RefusesWhatIsNoPayload) {
-  auto nothing = encode(PlanStage{RequestId::random(), 0, 0, Accepted{}});
+  auto nothing = encode(PlanEvent{RequestId::random(), 0, 0, Accepted{}});
   nothing.payload()._d() = msg::PAYLOAD_UNSPECIFIED;
   EXPECT_THAT(faultsOf(throughBytes<msg::PlanStagePubSubType>(nothing)), names("payload"));
-  auto message = encode(PlanStage{RequestId::random(), 0, 0, Outcome{Cancelled{}}});
+  auto message = encode(PlanEvent{RequestId::random(), 0, 0, Outcome{Cancelled{}}});
   message.payload().outcome_value().kind(msg::OUTCOME_UNSPECIFIED);
   EXPECT_THAT(faultsOf(message), names("outcome.kind"));
   message.payload().outcome_value().kind(msg::OUTCOME_FAILED);
@@ -226,10 +226,10 @@ TEST(StageCodec, RefusesWhatIsNoPayload) {
 }
 
 TEST(StageCodec, RefusesRowsThatDoNotFit) {
-  auto message = encode(PlanStage{RequestId::random(), 0, 0, test::sampleTrajectory(0, 0)});
+  auto message = encode(PlanEvent{RequestId::random(), 0, 0, test::sampleTrajectory(0, 0)});
   message.payload().trajectory_value().q().pop_back();
   EXPECT_THAT(faultsOf(message), names("trajectory.q"));
-  message = encode(PlanStage{RequestId::random(), 0, 0, test::sampleTrajectory(0, 0)});
+  message = encode(PlanEvent{RequestId::random(), 0, 0, test::sampleTrajectory(0, 0)});
   message.payload().trajectory_value().qd()[1] = kNan;
   EXPECT_THAT(faultsOf(message), names("trajectory.qd"));
   message.payload().trajectory_value().kind(static_cast<msg::StageKind>(15));
@@ -239,7 +239,7 @@ TEST(StageCodec, RefusesRowsThatDoNotFit) {
 TEST(StageCodec, RefusesALatticeBeyondItsBounds) {
   HandoverCandidates candidates{.giver_arm = "left", .receiver_arm = "right"};
   candidates.lattice.resize(4096);
-  auto message = encode(PlanStage{RequestId::random(), 0, 0, candidates});
+  auto message = encode(PlanEvent{RequestId::random(), 0, 0, candidates});
   EXPECT_TRUE(faultsOf(throughBytes<msg::PlanStagePubSubType>(message)).empty());
   auto& lattice = message.payload().handover_candidates_value().lattice();
   lattice[7].centre().y(kInf);
@@ -251,7 +251,7 @@ TEST(StageCodec, RefusesALatticeBeyondItsBounds) {
 }
 
 TEST(StageCodec, RefusesStrangeGeometry) {
-  const PlanStage stage{RequestId::random(), 0, 0, test::sampleScene()};
+  const PlanEvent stage{RequestId::random(), 0, 0, test::sampleScene()};
   auto message = encode(stage);
   message.payload().scene_value().objects()[0].shape().parts()[0].kind(
       static_cast<msg::GeometryKind>(9));

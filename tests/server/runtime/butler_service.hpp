@@ -15,7 +15,7 @@ CellService& butlerService();
 PlanRequest butlerRequest(std::vector<Override> overrides = {});
 
 struct Answer {
-  std::vector<StagePayload> stages;
+  std::vector<PlanEventPayload> stages;
   Outcome outcome;
 
   bool operator==(const Answer&) const = default;

@@ -27,7 +27,7 @@ class FakeService : public PlanService {
     waitWhile(holding_prepare, deadline);
   }
 
-  Outcome plan(const PlanRequest& request, StageSink& sink, const Deadline& deadline) override {
+  Outcome plan(const PlanRequest& request, PlanEventSink& sink, const Deadline& deadline) override {
     ++plans;
     if (request.task == "throw") throw std::runtime_error("broken promise");
     if (request.task == "nan") sink.emit(Solution{.dexterity = {std::nan(""), 0, 0, 0}});
@@ -283,7 +283,7 @@ TEST_F(RuntimeTest, StopGivesEveryOpenRequestItsOutcome) {
     const auto stages = endpoint.stages(id);
     ASSERT_FALSE(stages.empty());
     EXPECT_EQ(std::get<Outcome>(stages.back().payload), Outcome{Cancelled{}});
-    const auto outcomes = std::count_if(stages.begin(), stages.end(), [](const PlanStage& stage) {
+    const auto outcomes = std::count_if(stages.begin(), stages.end(), [](const PlanEvent& stage) {
       return std::holds_alternative<Outcome>(stage.payload);
     });
     EXPECT_EQ(outcomes, 1);

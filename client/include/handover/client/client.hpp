@@ -2,7 +2,7 @@
 // Asking a handover daemon for plans. No DDS type shows here.
 #pragma once
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 #include <handover/common/status.hpp>
 
 #include <chrono>
@@ -42,7 +42,7 @@ class ClientError : public std::runtime_error {
 };
 
 /// Called for every stage in order, from the client's own thread; must not call Client::plan().
-using OnStage = std::function<void(const PlanStage&)>;
+using OnEvent = std::function<void(const PlanEvent&)>;
 
 /// A request on its way. Copies are the same request.
 class PlanHandle {
@@ -81,7 +81,7 @@ class Client {
   /// Sends a request and waits until a daemon took it. An empty id gets a random one; client_id is
   /// filled in. A request beyond the wire's bounds is rejected here, as the daemon would. @throws
   /// ClientError.
-  PlanHandle plan(PlanRequest request, OnStage on_stage = {});
+  PlanHandle plan(PlanRequest request, OnEvent on_stage = {});
 
   /// Cancels any request of the domain by its id.
   void cancel(const RequestId& id);
@@ -94,7 +94,7 @@ class Client {
 
   /// Delivers stages of all requests in the domain from now on, and those that daemons still keep,
   /// until the client is gone. Once.
-  void watch(OnStage on_stage);
+  void watch(OnEvent on_stage);
 
   /// Ends the waiting in plan() and daemons(), now and later, with kInterrupted; but a request that
   /// a daemon has taken has its handle.

@@ -2,7 +2,7 @@
 // The stream of an answer as text: the plan file, and one JSON line per stage.
 #pragma once
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
 #include <map>
 #include <optional>
@@ -23,7 +23,7 @@ struct MotionTime {
 /// byte.
 class PlanFile {
  public:
-  void add(const PlanStage& stage);
+  void add(const PlanEvent& stage);
 
   /// True once the outcome is done and every stage of its solution is there.
   bool complete() const;
@@ -66,10 +66,10 @@ class PlanFile {
 
 /// "accepted", "scene", "arm_selected", "grasps_pruned", "handover_candidates", "solution",
 /// "trajectory" or "outcome".
-const char* payloadName(const StagePayload& payload);
+const char* payloadName(const PlanEventPayload& payload);
 
 /// A stage as one line of JSON, no line break: request_id, sequence, elapsed_s, type and the
 /// payload.
-std::string jsonLine(const PlanStage& stage);
+std::string jsonLine(const PlanEvent& stage);
 
 }  // namespace handover::client

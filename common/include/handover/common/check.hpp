@@ -2,7 +2,7 @@
 // The bounds of what travels: checked by both ends, since the wire itself checks none.
 #pragma once
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 #include <handover/common/status.hpp>
 
 #include <cstddef>
@@ -41,7 +41,7 @@ bool validClientId(std::string_view text);
 /// unit length by more than 1e-3, enumerators that do not exist, rows of the wrong length. `field`
 /// is the member's path, list entries by index. Empty: none. Names are not looked up here.
 std::vector<Fault> check(const PlanRequest& request);
-std::vector<Fault> check(const PlanStage& stage);
+std::vector<Fault> check(const PlanEvent& stage);
 std::vector<Fault> check(const DaemonStatus& status);
 std::vector<Fault> check(const Variation& variation);
 

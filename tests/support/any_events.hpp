@@ -3,7 +3,7 @@
 // whatever a text may hold. To be called within a property (see property.hpp).
 #pragma once
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 #include <handover/common/status.hpp>
 
 #include <vector>
@@ -14,10 +14,10 @@ PlanRequest anyRequest();
 DaemonStatus anyStatus();
 
 /// A stage that passes check(); its payload stands for itself and refers to nothing.
-PlanStage anyStage();
+PlanEvent anyStage();
 
 /// A whole answer of a few solutions, the last one final: the names that stages and objects refer
 /// to are those of its scene, as a plan file must have them.
-std::vector<PlanStage> anyAnswer();
+std::vector<PlanEvent> anyAnswer();
 
 }  // namespace handover::test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "any_stages.hpp"
+#include "any_events.hpp"
 
 #include <rapidcheck.h>
 
@@ -245,7 +245,7 @@ Outcome anyOutcome() {
   }
 }
 
-StagePayload anyPayload() {
+PlanEventPayload anyPayload() {
   switch (*rc::gen::inRange(0, 8)) {
     case 0:
       return Accepted{anyCount(), anyWhole()};
@@ -320,11 +320,11 @@ DaemonStatus anyStatus() {
   return status;
 }
 
-PlanStage anyStage() { return {anyId(), anyCount(), anyPositive(), anyPayload()}; }
+PlanEvent anyStage() { return {anyId(), anyCount(), anyPositive(), anyPayload()}; }
 
-std::vector<PlanStage> anyAnswer() {
+std::vector<PlanEvent> anyAnswer() {
   const SceneSnapshot scene = anyScene();
-  std::vector<StagePayload> payloads{Accepted{anyCount(), anyWhole()}, scene};
+  std::vector<PlanEventPayload> payloads{Accepted{anyCount(), anyWhole()}, scene};
   for (const ArmSelected& arms : several(0, 2, anyArms)) payloads.emplace_back(arms);
   for (const GraspsPruned& pruned : several(0, 2, anyPruned)) payloads.emplace_back(pruned);
   for (const auto& candidates : several(0, 2, anyCandidates)) payloads.emplace_back(candidates);
@@ -337,7 +337,7 @@ std::vector<PlanStage> anyAnswer() {
   }
   payloads.emplace_back(Outcome{Done{solutions - 1, anyBool()}});
   const RequestId id = anyId();
-  std::vector<PlanStage> stages;
+  std::vector<PlanEvent> stages;
   for (std::uint32_t i = 0; i < payloads.size(); ++i) {
     stages.push_back({id, i, 0.001 * i, std::move(payloads[i])});
   }

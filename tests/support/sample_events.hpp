@@ -3,7 +3,7 @@
 // answer.
 #pragma once
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
 #include <string>
 #include <vector>
@@ -80,7 +80,7 @@ inline Failed sampleFailure() {
 }
 
 /// Every kind of payload and of outcome.
-inline std::vector<StagePayload> samplePayloads() {
+inline std::vector<PlanEventPayload> samplePayloads() {
   return {
       Accepted{3, 42},
       sampleScene(),
@@ -104,15 +104,15 @@ inline std::vector<StagePayload> samplePayloads() {
 }
 
 /// A whole answer: two solutions, the second one final.
-inline std::vector<PlanStage> sampleAnswer(const RequestId& id, double pace = 0.001) {
-  std::vector<StagePayload> payloads = {Accepted{0, 7}, sampleScene(), samplePayloads()[2],
+inline std::vector<PlanEvent> sampleAnswer(const RequestId& id, double pace = 0.001) {
+  std::vector<PlanEventPayload> payloads = {Accepted{0, 7}, sampleScene(), samplePayloads()[2],
                                         samplePayloads()[3], samplePayloads()[4]};
   for (std::uint32_t solution = 0; solution < 2; ++solution) {
     payloads.emplace_back(sampleSolution(solution));
     for (int i = 0; i < kStageCount; ++i) payloads.emplace_back(sampleTrajectory(solution, i));
   }
   payloads.emplace_back(Outcome{Done{1, true}});
-  std::vector<PlanStage> stages;
+  std::vector<PlanEvent> stages;
   for (std::uint32_t i = 0; i < payloads.size(); ++i) {
     stages.push_back({id, i, pace * (i + 1), payloads[i]});
   }
