@@ -93,6 +93,7 @@ RobotSettings readRobotSettings(const std::filesystem::path& file,
   if (!map) throw FileError(report.inFile(shown_file));
   if (const YamlValue* version = map->require("version")) version->integer(1, 1);
   if (const YamlValue* name = map->require("name")) settings.name = name->name().value_or("");
+  settings.yaml = besides(file, file.filename().string(), root);
   settings.urdf = besides(file, requiredText(*map, "urdf"), root);
   settings.srdf = besides(file, requiredText(*map, "srdf"), root);
   if (const YamlValue* value = map->require("arms")) {

@@ -353,6 +353,8 @@ RobotModel loadRobot(const RobotSettings& settings, const ConvexDecomposer& divi
   model.urdf_path = settings.urdf;
   model.srdf_path = settings.srdf;
   model.urdf_sha256 = sha256(urdf_file);
+  model.yaml_path = settings.yaml;
+  if (!settings.yaml.empty()) model.yaml_sha256 = sha256(settings.root / settings.yaml);
   model.links = std::move(urdf.links);
   model.joints = std::move(urdf.joints);
   model.dof_joints = std::move(urdf.dof_joints);

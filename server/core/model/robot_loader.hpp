@@ -55,6 +55,7 @@ struct RobotSettings {
   std::string name;
   std::filesystem::path root;  ///< what relative PATHs and package:// stand on
   std::string urdf, srdf;      ///< relative to root
+  std::string yaml;            ///< the settings file itself, likewise; empty: none
   std::vector<ArmSettings> arms;
   std::vector<HandSettings> hands;
   double acceleration = 1.0;  ///< [rad/s^2], joints of no arm and no hand

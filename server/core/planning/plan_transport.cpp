@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/handover/planner.hpp"
+#include "core/planning/transport_problem.hpp"
 
-#include "core/handover/arm_selection.hpp"
-#include "core/handover/exchange.hpp"
-#include "core/handover/stage_timing.hpp"
+#include "core/planning/arm_selection.hpp"
+#include "core/planning/transport_motions.hpp"
+#include "core/planning/stage_timing.hpp"
 
 #include <handover/common/check.hpp>
 
@@ -89,7 +89,7 @@ bool noneKept(const std::map<int, PrunedGrasps>& by_arm) {
 /// The search for one request: the paper's candidates first, then what `wide` adds.
 class HandoverSearch {
  public:
-  HandoverSearch(const HandoverProblem& problem, PlanEventSink& sink, const Deadline& deadline)
+  HandoverSearch(const TransportProblem& problem, PlanEventSink& sink, const Deadline& deadline)
       : problem_(problem),
         sink_(sink),
         deadline_(deadline),
@@ -129,7 +129,7 @@ class HandoverSearch {
   static double handsApart(const Pairing& pairing);
   bool tryPoses(Pairing& pairing, SearchTier tier);
   bool tryPose(Pairing& pairing, const FeasibleGrasp& place, const LatticePoint& point,
-               const ApproachOffset& offset, HandoverCandidates& counts, RejectTally& rejects);
+               const ApproachOffset& offset, HandoverCandidates& counts, CauseTally& rejects);
   bool tryTuples(Pairing& pairing, std::vector<HandoverTuple> tuples, std::size_t most);
   void keepSolution(const Pairing& pairing, const Exchange& exchange,
                     std::vector<StageTrajectory> trajectories);
@@ -138,13 +138,13 @@ class HandoverSearch {
 
   bool spent() const { return connects_ >= kConnectAttempts || hands_ >= kHandsAttempts; }
 
-  const HandoverProblem& problem_;
+  const TransportProblem& problem_;
   PlanEventSink& sink_;
   const Deadline& deadline_;
   CollisionWorld world_, spare_world_;
   std::map<std::pair<int, int>, Manipulator> manipulators_;  ///< by robot and arm
   std::map<int, PrunedGrasps> given_, received_;             ///< by arm
-  RejectTally handover_rejects_, motion_rejects_;
+  CauseTally handover_rejects_, motion_rejects_;
   std::optional<std::pair<Solution, std::vector<StageTrajectory>>> final_;
   std::vector<std::vector<HandoverTuple>> poses_;  ///< mode all: tuples by pose, as found
   std::uint32_t tuples_seen_ = 0, connects_ = 0, hands_ = 0, lattice_points_ = 0;
@@ -187,7 +187,7 @@ void HandoverSearch::checkStart() {
   }
   world_.reset();
   world_.setPose(moving.front(), problem_.task.X_WO_start);
-  RejectTally hits;
+  CauseTally hits;
   for (const BodyContact& contact : world_.contacts(world_.makePairs(moving, allowed))) {
     hits.add("collision", namesOf(*problem_.collision, contact));
   }
@@ -221,7 +221,7 @@ void HandoverSearch::checkGoal() {
   }
   world_.reset();
   world_.setPose(object, problem_.task.X_WO_goal);
-  RejectTally hits;
+  CauseTally hits;
   for (const BodyContact& contact : world_.contacts(world_.makePairs({object}, allowed))) {
     hits.add("collision", namesOf(*problem_.collision, contact));
   }
@@ -324,7 +324,7 @@ bool HandoverSearch::tryTuples(Pairing& pairing, std::vector<HandoverTuple> tupl
 
 bool HandoverSearch::tryPose(Pairing& pairing, const FeasibleGrasp& place,
                              const LatticePoint& point, const ApproachOffset& offset,
-                             HandoverCandidates& counts, RejectTally& rejects) {
+                             HandoverCandidates& counts, CauseTally& rejects) {
   const Manipulator& receiver = *pairing.receiver;
   const Grasp& grasp = receiver.grasps->grasps[static_cast<std::size_t>(place.grasp)];
   const Pose X_WT_goal = problem_.task.X_WO_goal * grasp.X_OT;
@@ -392,7 +392,7 @@ double HandoverSearch::handsApart(const Pairing& pairing) {
 bool HandoverSearch::tryPoses(Pairing& pairing, SearchTier tier) {
   const bool widened = tier != SearchTier::kNone;
   HandoverCandidates counts;
-  RejectTally rejects;
+  CauseTally rejects;
   counts.giver_arm = pairing.giver->armName();
   counts.receiver_arm = pairing.receiver->armName();
   counts.voxels = static_cast<std::uint32_t>(pairing.points.size());
@@ -479,7 +479,7 @@ Outcome HandoverSearch::search() {
   selected.scores.insert(selected.scores.end(), receivers.scores.begin(), receivers.scores.end());
   sink_.emit(selected);
   const auto armCauses = [](const ArmRanking& ranking) {
-    RejectTally tally;
+    CauseTally tally;
     for (const auto& score : ranking.scores)
       tally.add(score.rejected, {score.robot + "/" + score.arm, {}});
     return tally.counts(8);
@@ -533,7 +533,7 @@ Outcome HandoverSearch::search() {
 
 /// No plan: names the first filter that emptied.
 Outcome HandoverSearch::explain() const {
-  const auto emptied = [](const std::map<int, PrunedGrasps>& sets, RejectTally& tally) {
+  const auto emptied = [](const std::map<int, PrunedGrasps>& sets, CauseTally& tally) {
     for (const auto& [arm, pruned] : sets) tally.add(pruned.rejects);
     return noneKept(sets);
   };
@@ -546,7 +546,7 @@ Outcome HandoverSearch::explain() const {
     }
     return text + ".";
   };
-  RejectTally tally;
+  CauseTally tally;
   if (emptied(given_, tally)) {
     return failed(FailureReason::kNoGraspAtStart, "giver_grasps",
                   problem_.task.giver + " has no free grasp of " + problem_.task.object +
@@ -608,11 +608,11 @@ void HandoverSearch::emitFinal() {
 
 }  // namespace
 
-Outcome planHandover(const HandoverProblem& problem, PlanEventSink& sink, const Deadline& deadline) {
+Outcome planHandover(const TransportProblem& problem, PlanEventSink& sink, const Deadline& deadline) {
   return HandoverSearch(problem, sink, deadline).run();
 }
 
-bool mapsAllow(const HandoverProblem& problem) {
+bool mapsAllow(const TransportProblem& problem) {
   const int giver = problem.scene->findRobot(problem.task.giver);
   const int receiver = problem.scene->findRobot(problem.task.receiver);
   const auto rolesOf = [&](int robot, const Pose& X_WO, const std::string& only) {
@@ -631,7 +631,7 @@ bool mapsAllow(const HandoverProblem& problem) {
   return false;
 }
 
-std::vector<ReachBall> reachBalls(const HandoverProblem& problem, int robot,
+std::vector<ReachBall> reachBalls(const TransportProblem& problem, int robot,
                                   const std::string& only) {
   const RobotModel& model = *problem.scene->robots[static_cast<std::size_t>(robot)].model;
   std::vector<ReachBall> balls;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/handover/collision_context.hpp"
+#include "core/planning/collision_context.hpp"
 
 #include <algorithm>
 
@@ -9,10 +9,9 @@ namespace {
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 /// Bodies of what an object rests on, by name.
-std::vector<BodyId> bodiesOf(const HandoverProblem& problem,
-                             const std::vector<std::string>& names) {
+std::vector<BodyId> bodiesOf(const TransportProblem& problem, const TaskRest& rest) {
   std::vector<BodyId> bodies;
-  for (const auto& name : names) {
+  for (const auto& name : rest.objects.value_or(std::vector<std::string>())) {
     const int object = problem.scene->findObject(name);
     if (object >= 0) bodies.push_back(problem.collision->objectBody(object));
   }
@@ -20,6 +19,16 @@ std::vector<BodyId> bodiesOf(const HandoverProblem& problem,
 }
 
 }  // namespace
+
+CellState holding(CellState state, const Manipulator& manipulator, const Grasp& grasp,
+                  const ArmVector& q) {
+  RobotVector& robot = state.of(manipulator);
+  robot = manipulator.withFingers(manipulator.withArm(std::move(robot), q), grasp.closed);
+  state.holder = &manipulator;
+  state.X_TO = grasp.X_OT.inverse();
+  state.X_WO = manipulator.toolPose(q) * state.X_TO;
+  return state;
+}
 
 std::shared_ptr<const CollisionScene> collisionForTask(const Scene& scene,
                                                        const std::string& object) {
@@ -29,15 +38,14 @@ std::shared_ptr<const CollisionScene> collisionForTask(const Scene& scene,
   return std::make_shared<const CollisionScene>(lifted);
 }
 
-CollisionContext::CollisionContext(const HandoverProblem& problem, const Manipulator& giver,
-                                   const Manipulator& receiver, CollisionWorld& world)
+CollisionContext::CollisionContext(const TransportProblem& problem,
+                                   std::vector<const Manipulator*> holders, CollisionWorld& world)
     : problem_(problem),
-      giver_(giver),
-      receiver_(receiver),
+      holders_(std::move(holders)),
       world_(world),
       object_(problem.scene->findObject(problem.task.object)),
       object_body_(problem.collision->objectBody(object_)),
-      start_rest_(bodiesOf(problem, problem.scene->objects[at(object_)].resting)),
+      start_rest_(bodiesOf(problem, problem.task.start_rest)),
       goal_rest_(bodiesOf(problem, problem.task.goal_rest)) {}
 
 CellState CollisionContext::startState() const {
@@ -47,27 +55,24 @@ CellState CollisionContext::startState() const {
   return state;
 }
 
-BodyPairs CollisionContext::allowed(const AllowedContacts& contacts) const {
-  BodyPairs pairs(problem_.collision->bodies());
-  const std::vector<BodyId> object{object_body_};
-  if (contacts.giver_hand) pairs.insert(giver_.hand_bodies, object);
-  if (contacts.receiver_hand) pairs.insert(receiver_.hand_bodies, object);
-  if (contacts.start_rest) pairs.insert(start_rest_, object);
-  if (contacts.goal_rest) pairs.insert(goal_rest_, object);
-  return pairs;
+template <typename Visit>
+void CollisionContext::forEachPartner(const AllowedContacts& contacts, const Visit& visit) const {
+  contacts.hands.forEach([&](std::size_t holder) {
+    for (const BodyId body : holders_.at(holder)->hand_bodies) visit(body);
+  });
+  if (contacts.start_rest) {
+    for (const BodyId body : start_rest_) visit(body);
+  }
+  if (contacts.goal_rest) {
+    for (const BodyId body : goal_rest_) visit(body);
+  }
 }
 
 std::vector<NamePair> CollisionContext::names(const AllowedContacts& contacts) const {
   std::vector<NamePair> pairs;
-  const auto add = [&](const std::vector<BodyId>& bodies) {
-    for (const BodyId body : bodies) {
-      pairs.emplace_back(problem_.collision->name(body), problem_.task.object);
-    }
-  };
-  if (contacts.giver_hand) add(giver_.hand_bodies);
-  if (contacts.receiver_hand) add(receiver_.hand_bodies);
-  if (contacts.start_rest) add(start_rest_);
-  if (contacts.goal_rest) add(goal_rest_);
+  forEachPartner(contacts, [&](BodyId body) {
+    pairs.emplace_back(problem_.collision->name(body), problem_.task.object);
+  });
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   return pairs;
@@ -75,7 +80,7 @@ std::vector<NamePair> CollisionContext::names(const AllowedContacts& contacts) c
 
 StateChecker CollisionContext::make(const CellState& state, const Manipulator& mover,
                                     const std::vector<int>& dofs,
-                                    const AllowedContacts& contacts) const {
+                                    const AllowedContacts& contacts) {
   const bool holding = state.holder == &mover;
   StateChecker checker = pattern(mover, dofs, holding, contacts);
   for (std::size_t robot = 0; robot < state.q.size(); ++robot) {
@@ -88,7 +93,7 @@ StateChecker CollisionContext::make(const CellState& state, const Manipulator& m
 
 const StateChecker& CollisionContext::pattern(const Manipulator& mover,
                                               const std::vector<int>& dofs, bool holding,
-                                              const AllowedContacts& contacts) const {
+                                              const AllowedContacts& contacts) {
   for (const Pattern& it : patterns_) {
     if (it.robot == mover.robot && it.holding == holding && it.contacts == contacts &&
         it.dofs == dofs) {
@@ -97,7 +102,7 @@ const StateChecker& CollisionContext::pattern(const Manipulator& mover,
   }
   StateCheckerSetup setup(*problem_.collision, mover.robot, dofs);
   if (holding) setup.held = HeldObject{object_, mover.arm_model->tool_link, Pose::Identity()};
-  setup.allowed = allowed(contacts);
+  forEachPartner(contacts, [&](BodyId body) { setup.allowed.insert(body, object_body_); });
   // Motions of the fingers have no tool that moves with them.
   if (dofs == mover.arm_model->dofs) setup.tool_link = mover.arm_model->tool_link;
   patterns_.push_back(

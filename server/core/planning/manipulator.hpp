@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// One robot's arm in a request, as giver or receiver, with all that the algorithms ask of it.
+// One robot's arm in a request, with all that the algorithms ask of it.
 #pragma once
 
-#include "core/handover/handover_pose.hpp"
-#include "core/handover/planner.hpp"
+#include "core/planning/handover_pose.hpp"
+#include "core/planning/transport_problem.hpp"
 
 #include <optional>
 #include <string>
@@ -11,6 +11,7 @@
 
 namespace handover {
 
+/// Points into the problem and its scene, which outlive it.
 struct Manipulator {
   int robot = -1;  ///< index in Scene::robots
   int arm = -1;    ///< index in RobotModel::arms
@@ -28,6 +29,16 @@ struct Manipulator {
   const std::string& armName() const { return arm_model->name; }
 
   const std::string& toolLink() const;
+
+  ArmName name() const { return {robotName(), armName()}; }
+
+  bool sameArm(const Manipulator& other) const {
+    return robot == other.robot && arm == other.arm;
+  }
+
+  const Grasp& grasp(int index) const {
+    return grasps->grasps[static_cast<std::size_t>(index)];
+  }
 
   /// Arm joints of a robot vector, and a robot vector with the arm's or the fingers' joints
   /// replaced.
@@ -50,11 +61,19 @@ struct Manipulator {
   Pose backedOff(const Pose& X_WT, double distance) const;
 };
 
-/// The role of one arm of a scene's robot. @pre indices are valid; the arm has a hand.
-Manipulator makeManipulator(const HandoverProblem& problem, int robot, int arm);
+/// How long [s] the slowest joint is under way between two configurations, at its speed limit.
+double travelTime(const Manipulator& manipulator, const ArmVector& from, const ArmVector& to);
 
-/// Why an arm cannot take part at all ("holds tray", "has no hand", "has no grasps for cup"); empty
-/// if it can.
-std::string unfitReason(const HandoverProblem& problem, int robot, int arm);
+/// One arm of a scene's robot. @pre indices are valid; the arm has a hand.
+Manipulator makeManipulator(const TransportProblem& problem, int robot, int arm);
+
+/// Why an arm cannot take part at all: kHoldsObject, kNoGripper or kNoGrasps.
+struct Unfit {
+  Cause cause = Cause::kUnspecified;
+  std::string object;  ///< kHoldsObject: what it holds
+};
+
+/// nullopt if it can.
+std::optional<Unfit> unfitReason(const TransportProblem& problem, int robot, int arm);
 
 }  // namespace handover

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/handover/manipulator.hpp"
-
-#include "core/handover/prune_grasps.hpp"
+#include "core/planning/manipulator.hpp"
 
 #include <algorithm>
 
 namespace handover {
 namespace {
+
+constexpr PruneEffort kPruneEffort;
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
@@ -54,7 +54,7 @@ bool Manipulator::reaches(const Pose& X_WT) const {
   IkQuery query;
   // Of the poses within reach of arms of six and seven joints least squares miss 0.5 % at most with
   // half their starts; where there is nothing to find all of these are in vain.
-  query.swivel_samples = PruneEffort{}.swivels / (kinematics->closedForm() ? 1 : 2);
+  query.swivel_samples = kPruneEffort.swivels / (kinematics->closedForm() ? 1 : 2);
   const auto enough = [](const ArmVector&) { return false; };
   return kinematics->visit(worldToArm(X_WT), query, enough).solutions > 0;
 }
@@ -65,33 +65,37 @@ Pose Manipulator::backedOff(const Pose& X_WT, double distance) const {
   return X;
 }
 
-Manipulator makeManipulator(const HandoverProblem& problem, int robot, int arm) {
-  const RobotResources& resources = problem.resources[at(robot)];
-  Manipulator role;
-  role.robot = robot;
-  role.arm = arm;
-  role.placed = &problem.scene->robots[at(robot)];
-  role.model = role.placed->model.get();
-  role.arm_model = &role.model->arms[at(arm)];
-  role.hand = &role.model->hands[at(role.arm_model->hand)];
-  role.kinematics = resources.kinematics[at(arm)].get();
-  role.grasps = resources.grasps[at(arm)].get();
-  role.map.map = resources.maps[at(arm)].get();
-  std::vector<Pose> X_WL;
-  linkPoses(*role.model, role.placed->X_WB, role.placed->q_start, X_WL);
-  role.map.X_WA = X_WL[at(role.arm_model->base_link)];
-  role.map.p_WShoulder = role.map.X_WA * role.kinematics->shoulder();
-  for (const int link : role.hand->links) {
-    const BodyId body = problem.collision->linkBody(robot, link);
-    if (body >= 0) role.hand_bodies.push_back(body);
-  }
-  return role;
+double travelTime(const Manipulator& manipulator, const ArmVector& from, const ArmVector& to) {
+  return ((to - from).cwiseAbs().array() / manipulator.kinematics->velocity().array()).maxCoeff();
 }
 
-std::string unfitReason(const HandoverProblem& problem, int robot, int arm) {
+Manipulator makeManipulator(const TransportProblem& problem, int robot, int arm) {
+  const RobotResources& resources = problem.resources[at(robot)];
+  Manipulator it;
+  it.robot = robot;
+  it.arm = arm;
+  it.placed = &problem.scene->robots[at(robot)];
+  it.model = it.placed->model.get();
+  it.arm_model = &it.model->arms[at(arm)];
+  it.hand = &it.model->hands[at(it.arm_model->hand)];
+  it.kinematics = resources.kinematics[at(arm)].get();
+  it.grasps = resources.grasps[at(arm)].get();
+  it.map.map = resources.maps[at(arm)].get();
+  std::vector<Pose> X_WL;
+  linkPoses(*it.model, it.placed->X_WB, it.placed->q_start, X_WL);
+  it.map.X_WA = X_WL[at(it.arm_model->base_link)];
+  it.map.p_WShoulder = it.map.X_WA * it.kinematics->shoulder();
+  for (const int link : it.hand->links) {
+    const BodyId body = problem.collision->linkBody(robot, link);
+    if (body >= 0) it.hand_bodies.push_back(body);
+  }
+  return it;
+}
+
+std::optional<Unfit> unfitReason(const TransportProblem& problem, int robot, int arm) {
   const SceneRobot& placed = problem.scene->robots[at(robot)];
   const Arm& arm_model = placed.model->arms[at(arm)];
-  if (arm_model.hand < 0) return "has no hand";
+  if (arm_model.hand < 0) return Unfit{Cause::kNoGripper, {}};
   std::vector<int> dofs = arm_model.dofs;
   const auto& fingers = placed.model->hands[at(arm_model.hand)].dofs;
   dofs.insert(dofs.end(), fingers.begin(), fingers.end());
@@ -99,12 +103,12 @@ std::string unfitReason(const HandoverProblem& problem, int robot, int arm) {
   for (const auto& object : problem.scene->objects) {
     if (object.attached_to && object.attached_to->robot == robot &&
         std::binary_search(moved.begin(), moved.end(), object.attached_to->link)) {
-      return "holds " + object.name;
+      return Unfit{Cause::kHoldsObject, object.name};
     }
   }
   const auto& grasps = problem.resources[at(robot)].grasps[at(arm)];
-  if (!grasps || grasps->grasps.empty()) return "has no grasps for " + problem.task.object;
-  return {};
+  if (!grasps || grasps->grasps.empty()) return Unfit{Cause::kNoGrasps, {}};
+  return std::nullopt;
 }
 
 }  // namespace handover
