@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real PlanService: cells from files, maps and grasp sets from the cache, plans from the core.
+// Maps, grasp sets and arm kinematics: read from the cache folder or made.
 #pragma once
 
-#include "core/collision/collision_scene.hpp"
-#include "runtime/plan_service.hpp"
-#include "settings/cell_file.hpp"
+#include "core/planning/transport_problem.hpp"
+
+#include <handover/common/deadline.hpp>
 
 #include <condition_variable>
 #include <filesystem>
@@ -14,8 +14,6 @@
 #include <mutex>
 #include <set>
 #include <string>
-#include <variant>
-#include <vector>
 
 namespace handover {
 
@@ -43,7 +41,7 @@ class ResourceCache {
   template <typename Product>
   struct Shelf {
     std::map<std::uint64_t, std::shared_ptr<const Product>> products;  ///< by hash
-    std::set<std::uint64_t> in_the_making;
+    std::set<std::uint64_t> in_progress;
   };
 
   template <typename Product, typename Make>
@@ -62,47 +60,6 @@ class ResourceCache {
   Shelf<ReachabilityMap> maps_;
   Shelf<GraspSet> grasps_;
   std::map<std::pair<const RobotModel*, int>, std::shared_ptr<const ArmKinematics>> kinematics_;
-};
-
-/// The cells of one daemon.
-class CellService : public PlanService {
- public:
-  /// Loads every cell (names under <root>/config/cells or files). @throws FileError.
-  CellService(const std::filesystem::path& root, const std::vector<std::string>& cells,
-              const std::filesystem::path& cache_folder, ResourceCache::Progress progress,
-              bool force);
-
-  std::vector<CellInfo> cells() const override;
-  void prepare(const Deadline& deadline) override;
-  Outcome plan(const PlanRequest& request, PlanEventSink& sink, const Deadline& deadline) override;
-
-  /// What plan() solves; or the outcome of a request that cannot be planned at all.
-  std::variant<HandoverProblem, Outcome> problemOf(const PlanRequest& request,
-                                                   const Deadline& deadline);
-
- private:
-  struct Loaded {
-    Cell cell;
-    /// Without overrides.
-    Cell::Instance instance;
-    /// By task object.
-    std::map<std::string, std::shared_ptr<const CollisionScene>> collision;
-    std::uint64_t revision = 1;
-  };
-
-  const Loaded* find(const std::string& cell) const;
-  std::vector<RobotResources> resources(const Scene& scene, const std::string& object,
-                                        const Deadline& deadline);
-  /// The request against the cell; or the outcome of one that cannot be planned at all.
-  std::variant<HandoverProblem, Outcome> problemOf(const Loaded& loaded, const PlanRequest& request,
-                                                   const Deadline& deadline);
-  /// Adds to an explanation what would help.
-  void addNearestFix(const Loaded& loaded, const PlanRequest& request,
-                     const HandoverProblem& problem, const Deadline& deadline, Failed& failed);
-
-  std::vector<Loaded> cells_;
-  ModelCache models_;
-  ResourceCache cache_;
 };
 
 }  // namespace handover

@@ -3,7 +3,7 @@
 // plan.
 #pragma once
 
-#include "core/handover/planner.hpp"
+#include "core/planning/plan_transport.hpp"
 
 #include <handover/common/deadline.hpp>
 #include <handover/common/plan_event.hpp>
