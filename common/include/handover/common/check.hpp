@@ -21,7 +21,6 @@ inline constexpr std::size_t kOverridePath = 512;
 inline constexpr std::size_t kText = 4096;
 inline constexpr std::size_t kOverrides = 256;
 inline constexpr std::size_t kFaults = 1024;
-inline constexpr std::size_t kHolders = 8;
 inline constexpr std::size_t kRobots = 64;
 inline constexpr std::size_t kObjects = 1024;
 inline constexpr std::size_t kJoints = 512;  ///< and links of a robot

@@ -32,7 +32,6 @@ struct CellInfo {
   std::string name;
   std::vector<std::string> tasks;
   std::uint64_t revision = 0;         ///< of its scene
-  std::string scene_hash;             ///< of its first task, without overrides; hex digits
   std::vector<Variation> variations;  ///< what experiments draw, in the cell file's order
   std::string scene_hash{};           ///< of the first task, before overrides; hex digits, or none
   bool operator==(const CellInfo&) const = default;

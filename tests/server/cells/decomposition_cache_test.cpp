@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/decomposition_cache.hpp"
+#include "cells/decomposition_cache.hpp"
 
 #include "core/decomposition/decomposition_file.hpp"
 #include "support/meshes.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/handover/reject_tally.hpp"
+#include "core/planning/reject_tally.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/handover/handover_pose.hpp"
+#include "core/planning/handover_pose.hpp"
 #include "support/arm_models.hpp"
 #include "support/random_configurations.hpp"
 #include "support/temporary_folder.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The nearest fix of a real cell is true: it plans, and nothing cheaper does.
-#include "runtime/cell_service.hpp"
-#include "runtime/nearest_fix.hpp"
+#include "cells/cell_service.hpp"
+#include "cells/nearest_fix.hpp"
 #include "support/recorder.hpp"
 
 #include <gtest/gtest.h>

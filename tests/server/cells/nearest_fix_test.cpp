@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/nearest_fix.hpp"
+#include "cells/nearest_fix.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 // The butler cell served without DDS, and its answers.
 #pragma once
 
-#include "runtime/cell_service.hpp"
+#include "cells/cell_service.hpp"
 #include "support/recorder.hpp"
 
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/handover/overlap.hpp"
+#include "core/planning/overlap.hpp"
 
 #include "small_robots.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/handover/handover_pose.hpp"
+#include "core/planning/handover_pose.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/handover/timed_motion.hpp"
+#include "core/planning/timed_motion.hpp"
 
 #include "stretches.hpp"
 
