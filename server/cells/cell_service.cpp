@@ -100,8 +100,7 @@ const CellService::Loaded* CellService::find(const std::string& cell) const {
 std::vector<CellInfo> CellService::cells() const {
   std::vector<CellInfo> infos;
   for (const auto& loaded : cells_) {
-    infos.push_back(
-        {loaded.cell.name(), loaded.cell.taskNames(), loaded.revision,
+    infos.push_back({loaded.cell.name(), loaded.cell.taskNames(), loaded.revision,
                      loaded.scene_hash, loaded.cell.variations()});
   }
   return infos;
@@ -132,8 +131,8 @@ std::vector<RobotResources> CellService::resources(const Scene& scene, const std
 }
 
 std::variant<TransportProblem, Outcome> CellService::problemOf(const Loaded& loaded,
-                                                              const PlanRequest& request,
-                                                              const Deadline& deadline) {
+                                                               const PlanRequest& request,
+                                                               const Deadline& deadline) {
   Cell::Instance instance = loaded.instance;
   std::vector<Fault> faults;
   if (!request.overrides.empty()) {
@@ -185,7 +184,7 @@ std::variant<TransportProblem, Outcome> CellService::problemOf(const Loaded& loa
 }
 
 std::variant<TransportProblem, Outcome> CellService::problemOf(const PlanRequest& request,
-                                                              const Deadline& deadline) {
+                                                               const Deadline& deadline) {
   const Loaded* loaded = find(request.cell);
   if (loaded == nullptr)
     return Rejected{RejectionReason::kUnknownCell, {{"cell", "no cell '" + request.cell + "'"}}};
@@ -201,7 +200,8 @@ std::variant<TransportProblem, Outcome> CellService::problemOf(const PlanRequest
   return problemOf(*loaded, request, deadline);
 }
 
-Outcome CellService::plan(const PlanRequest& request, PlanEventSink& sink, const Deadline& deadline) {
+Outcome CellService::plan(const PlanRequest& request, PlanEventSink& sink,
+                          const Deadline& deadline) {
   auto problem = problemOf(request, deadline);
   if (auto* refused = std::get_if<Outcome>(&problem)) return std::move(*refused);
   Outcome outcome = planTransport(std::get<TransportProblem>(problem), sink, deadline);
@@ -261,9 +261,8 @@ void CellService::addNearestFix(const Loaded& loaded, const PlanRequest& request
     const Outcome outcome = planTransport(std::get<TransportProblem>(moved), null_sink, deadline);
     return std::holds_alternative<Done>(outcome);
   };
-  const auto moves =
-      movesByCost(moved_robot.X_WB.translation(), reachBalls(problem, chain.back()),
-                  reachBalls(problem, chain.front()));
+  const auto moves = movesByCost(moved_robot.X_WB.translation(), reachBalls(problem, chain.back()),
+                                 reachBalls(problem, chain.front()));
   NearestFix fix = findNearestFix(moved_robot, moves, maps_allow, plans, deadline);
   failed.explanation.nearest_fix = std::move(fix.overrides);
   failed.explanation.fix_text = std::move(fix.text);

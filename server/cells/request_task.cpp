@@ -46,8 +46,7 @@ void applyChain(const PlanRequest& request, const Scene& scene, SceneTask& task,
   }
   if (!task.held_by || task.chain.empty()) return;
   const ChainHolder& first = task.chain.front();
-  if (first.robot != task.held_by->robot ||
-      (first.arm >= 0 && first.arm != task.held_by->arm)) {
+  if (first.robot != task.held_by->robot || (first.arm >= 0 && first.arm != task.held_by->arm)) {
     faults.push_back({"chain[0]", "must be the arm that holds the object at the start"});
   }
 }
@@ -100,9 +99,9 @@ void checkSearch(const PlanRequest& request, const SceneTask& task, std::vector<
     faults.push_back({"search", "paper needs a chain of exactly two holders"});
   }
   if (request.objective == Objective::kBalanced || request.objective == Objective::kTime) {
-    faults.push_back({"objective", paper ? "paper has the objective dexterity"
-                                         : std::string(toString(request.objective)) +
-                                               " is not built yet"});
+    faults.push_back(
+        {"objective", paper ? "paper has the objective dexterity"
+                            : std::string(toString(request.objective)) + " is not built yet"});
   }
   if (request.slack_s > 0) faults.push_back({"slack_s", "not built yet: must be 0"});
 }

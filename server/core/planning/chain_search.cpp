@@ -56,7 +56,7 @@ struct ChainSearch::Lattice {
 
 /// Part of a tuple, from the last holder back.
 struct ChainSearch::Node {
-  TransportTuple tuple;            ///< set from the handover's receiver on, its take apart
+  TransportTuple tuple;                 ///< set from the handover's receiver on, its take apart
   const FeasibleGrasp* give = nullptr;  ///< the receiver's grasp where it gives the object on
   Pose X_WO_give = Pose::Identity();    ///< the object there
   std::set<int>* receivers = nullptr;   ///< grasps of the receiver with a pose, for the counts
@@ -96,10 +96,9 @@ const PrunedGrasps& ChainSearch::pruned(std::size_t holder, PruningPlace place) 
   entry->second = prune(settings_.pruning);
   if (state_.wide() && noneKept(sets)) entry->second = prune(settings_.thorough_pruning);
   if (state_.over()) return entry->second;
-  state_.sink.emit(GraspsPruned{arm, static_cast<std::uint32_t>(holder), place,
-                                entry->second.tested,
-                                static_cast<std::uint32_t>(entry->second.kept.size()),
-                                entry->second.rejects.counts()});
+  state_.sink.emit(GraspsPruned{
+      arm, static_cast<std::uint32_t>(holder), place, entry->second.tested,
+      static_cast<std::uint32_t>(entry->second.kept.size()), entry->second.rejects.counts()});
   return entry->second;
 }
 
@@ -235,8 +234,7 @@ bool ChainSearch::tryPose(std::size_t handover, Node& node, const Pose& X_WH,
     state_.counts.cut = true;
     return false;
   }
-  const PrunedGrasps give =
-      motions_.pruneGiverAt(handover, X_WH, received, takesOf(handover));
+  const PrunedGrasps give = motions_.pruneGiverAt(handover, X_WH, received, takesOf(handover));
   rejects_.add(give.rejects);
   if (give.kept.empty() || state_.over()) return false;
   ++counts.poses;
@@ -278,14 +276,13 @@ namespace {
 
 /// The pose of the object at a handover, for the receiver's grasp.
 /// @param object_on_point  the object is on the lattice point, as the paper has it; else the tool.
-Pose handoverPose(const Manipulator& giver, const Manipulator& receiver,
-                         const Grasp& grasp, const Pose& X_WO_give, const LatticePoint& point,
-                         const ApproachOffset& offset, bool object_on_point) {
+Pose handoverPose(const Manipulator& giver, const Manipulator& receiver, const Grasp& grasp,
+                  const Pose& X_WO_give, const LatticePoint& point, const ApproachOffset& offset,
+                  bool object_on_point) {
   const Pose X_WT_give = X_WO_give * grasp.X_OT;
   Pose X_WT = Pose::Identity();
-  X_WT.linear() =
-      handoverRotation(X_WT_give.linear(), receiver.arm_model->approach_axis,
-                       giver.map.p_WShoulder, receiver.map.p_WShoulder, offset);
+  X_WT.linear() = handoverRotation(X_WT_give.linear(), receiver.arm_model->approach_axis,
+                                   giver.map.p_WShoulder, receiver.map.p_WShoulder, offset);
   if (!object_on_point) X_WT.translation() = point.p_W;
   Pose X_WH = X_WT * grasp.X_OT.inverse();
   if (object_on_point) X_WH.translation() = point.p_W;
@@ -343,9 +340,9 @@ bool ChainSearch::searchPoints(SearchTier tier, std::size_t first, std::size_t e
                   state_.problem.task.X_WO_goal,
                   &receivers};
         node.tuple.holders.back().give = *place;
-        const Pose X_WH = handoverPose(
-            at(handover), at(handover + 1), at(handover + 1).grasp(place->grasp), node.X_WO_give,
-            lattice.all[point], offset, tier == SearchTier::kPaper);
+        const Pose X_WH =
+            handoverPose(at(handover), at(handover + 1), at(handover + 1).grasp(place->grasp),
+                         node.X_WO_give, lattice.all[point], offset, tier == SearchTier::kPaper);
         const bool solved = tryPose(handover, node, X_WH, counts);
         counts.receiver_grasps = static_cast<std::uint32_t>(receivers.size());
         if (solved) return true;
@@ -359,7 +356,8 @@ bool ChainSearch::searchLast(SearchTier tier) {
   const std::size_t handover = holders() - 2;
   const Lattice& lattice = latticeOf(handover);
   const bool widened = tier == SearchTier::kTurned || tier == SearchTier::kTilted;
-  const std::size_t size = widened ? lattice.all.size() : std::min<std::size_t>(1, lattice.both.size());
+  const std::size_t size =
+      widened ? lattice.all.size() : std::min<std::size_t>(1, lattice.both.size());
   if (size == 0) return false;
   HandoverCandidates counts;
   counts.handover = static_cast<std::uint32_t>(handover);

@@ -26,7 +26,11 @@ enum class SearchTier {
 /// What all chains of one request share. One per worker.
 struct SearchState {
   SearchState(const TransportProblem& of, PlanEventSink& events, const Deadline& until)
-      : problem(of), sink(events), deadline(until), world(of.collision), spare_world(of.collision) {}
+      : problem(of),
+        sink(events),
+        deadline(until),
+        world(of.collision),
+        spare_world(of.collision) {}
 
   const TransportProblem& problem;
   PlanEventSink& sink;
@@ -91,11 +95,11 @@ class ChainSearch {
   const SearchSettings& settings_;
   std::vector<ChainHolder> arms_;
   TransportMotions motions_;
-  std::vector<std::unique_ptr<Lattice>> lattices_;       ///< by handover
+  std::vector<std::unique_ptr<Lattice>> lattices_;        ///< by handover
   std::vector<std::unique_ptr<PrunedGrasps>> all_takes_;  ///< by handover
-  std::vector<const FeasibleGrasp*> place_order_;  ///< 𝒢_r, most dexterous placing first
-  CauseTally rejects_;                              ///< of the tier under way
-  std::vector<std::vector<TransportTuple>> poses_;  ///< mode all: tuples by pose, as found
+  std::vector<const FeasibleGrasp*> place_order_;         ///< 𝒢_r, most dexterous placing first
+  CauseTally rejects_;                                    ///< of the tier under way
+  std::vector<std::vector<TransportTuple>> poses_;        ///< mode all: tuples by pose, as found
 };
 
 }  // namespace handover

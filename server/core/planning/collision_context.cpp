@@ -79,8 +79,7 @@ std::vector<NamePair> CollisionContext::names(const AllowedContacts& contacts) c
 }
 
 StateChecker CollisionContext::make(const CellState& state, const Manipulator& mover,
-                                    const std::vector<int>& dofs,
-                                    const AllowedContacts& contacts) {
+                                    const std::vector<int>& dofs, const AllowedContacts& contacts) {
   const bool holding = state.holder == &mover;
   StateChecker checker = pattern(mover, dofs, holding, contacts);
   for (std::size_t robot = 0; robot < state.q.size(); ++robot) {

@@ -103,8 +103,8 @@ Failed explainSearch(const TransportProblem& problem, const PrunedByArm& at_star
         all ? "No handover pose"
             : "None of the " + std::to_string(counts.poses_asked) + " handover poses tried";
     return failed(FailureReason::kNoHandoverPose, "handover_poses",
-                  which + " lets both hands hold " + object + ".",
-                  counts.handover_rejects.counts(), all);
+                  which + " lets both hands hold " + object + ".", counts.handover_rejects.counts(),
+                  all);
   }
   const std::vector<CauseCount> causes = counts.motion_rejects.counts();
   std::string text = "Grasps exist, but no motion between them was found";

@@ -39,12 +39,12 @@ using ConfigurationCost = std::function<double(int grasp, const ArmVector& q)>;
 
 struct PruneQuery {
   const Manipulator* manipulator = nullptr;
-  CellState state;  ///< all else as here, the object at its X_WO
+  CellState state{};  ///< all else as here, the object at its X_WO
   HandMove move = HandMove::kCloses;
-  AllowedContacts open, closed;  ///< of the open and the closed hand
-  std::vector<int> candidates;   ///< by index in the set; empty: all
-  ConfigurationCost cost;
-  PruneEffort effort;
+  AllowedContacts open{}, closed{};  ///< of the open and the closed hand
+  std::vector<int> candidates{};     ///< by index in the set; empty: all
+  ConfigurationCost cost{};
+  PruneEffort effort{};
 };
 
 /// Prunes grasps. A grasp survives only if the hand is free both open and closed, and on the way

@@ -32,13 +32,9 @@ struct Manipulator {
 
   ArmName name() const { return {robotName(), armName()}; }
 
-  bool sameArm(const Manipulator& other) const {
-    return robot == other.robot && arm == other.arm;
-  }
+  bool sameArm(const Manipulator& other) const { return robot == other.robot && arm == other.arm; }
 
-  const Grasp& grasp(int index) const {
-    return grasps->grasps[static_cast<std::size_t>(index)];
-  }
+  const Grasp& grasp(int index) const { return grasps->grasps[static_cast<std::size_t>(index)]; }
 
   /// Arm joints of a robot vector, and a robot vector with the arm's or the fingers' joints
   /// replaced.

@@ -12,10 +12,10 @@ constexpr double kSameTime = 1e-9;  // design §5: times nearer than this are eq
 
 /// When one holder's hand has to do with the object [s].
 struct HolderTimes {
-  double touches = 0;      ///< the start of its grasp
-  double holds = 0;        ///< the end of its grasp
+  double touches = 0;       ///< the start of its grasp
+  double holds = 0;         ///< the end of its grasp
   double lets_go = kNever;  ///< the end of its release
-  double clear = kNever;   ///< its hand has left
+  double clear = kNever;    ///< its hand has left
 };
 
 struct PlanTimes {
@@ -24,8 +24,8 @@ struct PlanTimes {
   double placed = kNever;  ///< the start of the place
 };
 
-PlanTimes timesOf(const std::vector<TimedStage>& timed,
-                  const std::vector<ScheduledStage>& schedule, std::size_t holders) {
+PlanTimes timesOf(const std::vector<TimedStage>& timed, const std::vector<ScheduledStage>& schedule,
+                  std::size_t holders) {
   PlanTimes times;
   times.holders.resize(holders);
   for (std::size_t i = 0; i < timed.size(); ++i) {

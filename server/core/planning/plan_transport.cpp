@@ -186,8 +186,7 @@ class TransportSearch {
       }
     }
     selected.scores = givers.scores;
-    selected.scores.insert(selected.scores.end(), receivers.scores.begin(),
-                           receivers.scores.end());
+    selected.scores.insert(selected.scores.end(), receivers.scores.begin(), receivers.scores.end());
     state_.sink.emit(std::move(selected));
   }
 

@@ -162,9 +162,9 @@ class SceneChecker {
     world_.setPose(object_, X_WO);
     for (const SceneObject& object : scene_.objects) {
       const BodyId body = bodies_.objectBody(scene_.findObject(object.name));
-      const bool wanted = rest.objects->empty() ||
-                          std::find(rest.objects->begin(), rest.objects->end(), object.name) !=
-                              rest.objects->end();
+      const bool wanted =
+          rest.objects->empty() ||
+          std::find(rest.objects->begin(), rest.objects->end(), object.name) != rest.objects->end();
       if (body == object_ || !wanted) continue;
       const auto distance = world_.distance(object_, body, gap);
       if (!distance || distance->distance >= gap) continue;
@@ -210,9 +210,9 @@ std::optional<Failed> checkScene(const TransportProblem& problem, CollisionWorld
     task.goal_rest = {false, std::vector<std::string>()};
     return checker.checkHeldGoal();
   }
-  return checker.checkRest(task.X_WO_goal, task.goal_rest,
-                           {FailureReason::kGoalInCollision, FailureReason::kGoalUnsupported,
-                            "goal", "At its goal"});
+  return checker.checkRest(
+      task.X_WO_goal, task.goal_rest,
+      {FailureReason::kGoalInCollision, FailureReason::kGoalUnsupported, "goal", "At its goal"});
 }
 
 }  // namespace handover

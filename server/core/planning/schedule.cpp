@@ -54,7 +54,7 @@ TimedPath padded(const TimedPath& path, const Eigen::VectorXd& rest) {
 
 Block blockFrom(const std::vector<TimedStage>& stages, std::size_t first) {
   const TimedStage& head = stages[first];
-  Block block{first, first + 1, head.stage->mover, carries(head.stage->stage), head.dofs,
+  Block block{first,     first + 1, head.stage->mover, carries(head.stage->stage), head.dofs,
               head.path, 0};
   for (; block.end < stages.size() && stages[block.end].goes_on; ++block.end) {
     const TimedPath& next = stages[block.end].path;
@@ -180,8 +180,7 @@ class Scheduler {
       scheduled_[i].start = start;
       start += stages_[i].path.duration();
       if (i > block.first) {
-        scheduled_[i].after = {
-            {static_cast<std::uint32_t>(i - 1), stages_[i - 1].path.duration()}};
+        scheduled_[i].after = {{static_cast<std::uint32_t>(i - 1), stages_[i - 1].path.duration()}};
       }
     }
     std::vector<StageProgress>& after = scheduled_[block.first].after;
@@ -199,9 +198,8 @@ class Scheduler {
     const double progress =
         std::min(time - scheduled_[stage].start, stages_[stage].path.duration());
     if (progress <= 0) return;
-    const auto known = std::find_if(after.begin(), after.end(), [&](const StageProgress& edge) {
-      return edge.stage == stage;
-    });
+    const auto known = std::find_if(after.begin(), after.end(),
+                                    [&](const StageProgress& edge) { return edge.stage == stage; });
     if (known == after.end()) {
       after.push_back({static_cast<std::uint32_t>(stage), progress});
     } else {

@@ -28,8 +28,8 @@ struct FreeMotionSettings {
   std::array<double, 3> back{0.05, 0.12, 0.25};
   double aside = 0.12;
   std::array<double, 2> up{0.12, 0.25};
-  double farthest_via = 1.5;  ///< of one joint, from the end that a via is back or up from [rad]
-  std::size_t bowed_joints = 4;                     ///< those that carry the hand
+  double farthest_via = 1.5;     ///< of one joint, from the end that a via is back or up from [rad]
+  std::size_t bowed_joints = 4;  ///< those that carry the hand
   std::array<double, 4> bow{0.7, -0.7, 1.4, -1.4};  ///< [rad]
 };
 
@@ -53,9 +53,9 @@ struct SearchSettings {
   PruneEffort thorough_pruning{64, 512};  ///< before it is said that a robot has no grasp at all
   std::size_t configurations = 4;         ///< of a grasp, tried as ends of motions
 
-  double neighbourhood = 0.20;   ///< [paper] §IV-B: lattice points near the midpoint [m]
-  std::size_t wide_points = 24;  ///< lattice points that `wide` adds first, by score
-  int wide_turns = 8;            ///< rotations about z_shoulder that `wide` adds
+  double neighbourhood = 0.20;         ///< [paper] §IV-B: lattice points near the midpoint [m]
+  std::size_t wide_points = 24;        ///< lattice points that `wide` adds first, by score
+  int wide_turns = 8;                  ///< rotations about z_shoulder that `wide` adds
   double wide_tilt = 25 * M_PI / 180;  ///< of the approach axis, which `wide` adds last [rad]
   int wide_azimuths = 3;               ///< in so many directions
   /// Handover poses that `wide` asks for at most. Most fall to the cheap test for a straight path
@@ -65,9 +65,9 @@ struct SearchSettings {
   std::uint32_t tilted_poses = 150'000;  ///< most fall to a look at each arm's reach
   /// Failed IK solves of arms without a closed form, for each tier of `wide`: about a second.
   std::uint32_t most_failed_ik = 10'000;
-  std::size_t tuples_per_pose = 3;       ///< tuples of one pose whose motions are tried
-  std::uint32_t motion_attempts = 60;    ///< tuples of a request whose motions are tried
-  std::uint32_t grasp_attempts = 600;    ///< tuples whose hands did not go together
+  std::size_t tuples_per_pose = 3;     ///< tuples of one pose whose motions are tried
+  std::uint32_t motion_attempts = 60;  ///< tuples of a request whose motions are tried
+  std::uint32_t grasp_attempts = 600;  ///< tuples whose hands did not go together
   /// Of the handovers before a chain's last one, per pose and grasp of the one after it.
   std::uint32_t inner_poses = 400;
   std::size_t inner_tuples = 3;

@@ -21,7 +21,7 @@ constexpr double kOffLine = 0.0007;
 constexpr double kTurned = 0.35 * M_PI / 180;
 constexpr double kLeaning = 0.7 * M_PI / 180;
 constexpr double kLeastRetreat = 0.006;
-constexpr double kLook = 0.001;       // between looks for the clear distance [s]
+constexpr double kLook = 0.001;  // between looks for the clear distance [s]
 constexpr double kLookExact = 1e-6;
 
 TimingLimits limitsOf(const RobotModel& model, const std::vector<int>& dofs) {
@@ -171,8 +171,8 @@ class BlockTimer {
       }
     }
     const std::vector<int> dofs = dofsOf(stages_.front(), has_fingers_);
-    const auto joined = parameterizeJoined(lines, limitsOf(*stages_.front().mover->model, dofs),
-                                           settingsOf(blend));
+    const auto joined =
+        parameterizeJoined(lines, limitsOf(*stages_.front().mover->model, dofs), settingsOf(blend));
     if (!joined) return std::nullopt;
     std::vector<TimedStage> timed;
     std::size_t first = 0;

@@ -99,9 +99,9 @@ PrunedGrasps TransportMotions::pruneGiverAt(std::size_t handover, const Pose& X_
   PruneQuery query{&giver, start_, HandMove::kOpens};
   query.state.X_WO = X_WH;
   RobotVector& q_receiver = query.state.of(receiver);
-  q_receiver = receiver.withFingers(
-      receiver.withArm(std::move(q_receiver), receive.configurations.front()),
-      receiver.grasp(receive.grasp).closed);
+  q_receiver =
+      receiver.withFingers(receiver.withArm(std::move(q_receiver), receive.configurations.front()),
+                           receiver.grasp(receive.grasp).closed);
   query.open.hands = query.closed.hands = {handover, handover + 1};
   for (const auto& take : takes.kept) query.candidates.push_back(take.grasp);
   query.cost = [&](int grasp, const ArmVector& q) {
@@ -192,8 +192,7 @@ const std::optional<TransportMotions::PickMotion>& TransportMotions::pickMotion(
     candidates.push_back({q, {}, reversed(std::move(*back)), std::move(*lift)});
     return true;
   };
-  const std::size_t most =
-      std::min(take.configurations.size(), problem_.settings.configurations);
+  const std::size_t most = std::min(take.configurations.size(), problem_.settings.configurations);
   const auto draw = [&](std::uint32_t i, ArmVector& goal) {
     while (i >= candidates.size() && next < most) add(take.configurations[next++]);
     if (i >= candidates.size()) return false;
@@ -232,8 +231,7 @@ std::optional<TransportMotions::PlaceMotion> TransportMotions::placeAt(const Fea
   if (!open_checker.valid(q)) return std::nullopt;
   auto back = retreatPath(arm, q, X_WT, open_checker, linear);
   if (!back) return std::nullopt;
-  if (gripContact(context_, arm, open, q, grasp.closed, grasp.open,
-                  contactsOf(last(), kRelease))) {
+  if (gripContact(context_, arm, open, q, grasp.closed, grasp.open, contactsOf(last(), kRelease))) {
     return std::nullopt;
   }
   open_checker.activate();
@@ -246,8 +244,7 @@ std::optional<TransportMotions::PlaceMotion> TransportMotions::placeAt(const Fea
 const std::optional<TransportMotions::PlaceMotion>& TransportMotions::placeMotion(
     const FeasibleGrasp& give) {
   const auto [entry, fresh] = places_.try_emplace(give.grasp);
-  const std::size_t most =
-      std::min(give.configurations.size(), problem_.settings.configurations);
+  const std::size_t most = std::min(give.configurations.size(), problem_.settings.configurations);
   for (std::size_t i = 0; fresh && i < most && !entry->second; ++i) {
     entry->second = placeAt(give, give.configurations[i]);
   }
@@ -314,7 +311,7 @@ std::optional<TransportMotions::DualGrasp> TransportMotions::dualGrasp(
   const Pose& X_WH = tuple.X_WH[handover];
   const Grasp& grasp_g = giver.grasp(give.grasp);
   const Grasp& grasp_r = receiver.grasp(receive.grasp);
-  const HandPair hands{handover, giver, receiver, grasp_g, grasp_r, X_WH * grasp_g.X_OT,
+  const HandPair hands{handover,           giver, receiver, grasp_g, grasp_r, X_WH * grasp_g.X_OT,
                        X_WH * grasp_r.X_OT};
   const auto most = [&](const FeasibleGrasp& grasp) {
     return std::min(grasp.configurations.size(), problem_.settings.configurations);
@@ -370,8 +367,8 @@ std::optional<JointPath> TransportMotions::carryPath(std::size_t holder,
   const Manipulator& arm = at(holder);
   const HolderGrasp& grasp = tuple.holders[holder];
   const bool lifted = holder == 0 && motions.pick != nullptr;
-  const ArmVector from = lifted ? motions.pick->lift.waypoints.back()
-                                : takeConfiguration(holder, motions);
+  const ArmVector from =
+      lifted ? motions.pick->lift.waypoints.back() : takeConfiguration(holder, motions);
   const bool placed = holder == last() && problem_.task.end == TransportEnd::kRelease;
   const ArmVector to =
       placed ? motions.place->place.waypoints.front() : giveConfiguration(holder, motions);
@@ -400,8 +397,7 @@ std::optional<JointPath> TransportMotions::reachPath(std::size_t holder,
                             seedFor(holder, kReach, grasp), known);
 }
 
-std::optional<JointPath> TransportMotions::homePath(std::size_t holder,
-                                                    const TransportTuple& tuple,
+std::optional<JointPath> TransportMotions::homePath(std::size_t holder, const TransportTuple& tuple,
                                                     const Motions& motions) {
   const Manipulator& arm = at(holder);
   const Manipulator& receiver = at(holder + 1);
@@ -490,7 +486,8 @@ TransportPath TransportMotions::assemble(const TransportTuple& tuple,
   path.X_WH = tuple.X_WH;
   for (std::size_t k = 0; k < holders_.size(); ++k) {
     const ArmKinematics& kinematics = *at(k).kinematics;
-    path.holders.push_back({holders_[k], tuple.holders[k].take.grasp,
+    path.holders.push_back({holders_[k],
+                            tuple.holders[k].take.grasp,
                             {kinematics.manipulability(takeConfiguration(k, motions)),
                              kinematics.manipulability(giveConfiguration(k, motions))}});
   }

@@ -28,7 +28,7 @@ struct RobotResources {
 struct TransportProblem {
   std::shared_ptr<const Scene> scene;  ///< as the task starts (startOf())
   std::shared_ptr<const CollisionScene> collision;
-  SceneTask task;  ///< with the request's chain
+  SceneTask task;                         ///< with the request's chain
   std::vector<RobotResources> resources;  ///< per robot of the scene
   SearchMode mode = SearchMode::kBest;
   SearchWidth search = SearchWidth::kWide;

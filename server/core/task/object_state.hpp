@@ -15,6 +15,7 @@ class HolderSet {
   static constexpr std::size_t kMost = 32;
 
   HolderSet() = default;
+
   HolderSet(std::initializer_list<std::size_t> holders) {
     for (const std::size_t holder : holders) insert(holder);
   }
