@@ -36,7 +36,7 @@ struct Joint {
   /// Continuous joints: -pi, pi. A master's limits (and speed) are narrowed to those that keep its
   /// mimic joints within theirs.
   double lower = 0, upper = 0;
-  double velocity = 0, acceleration = 0;
+  double velocity = 0, acceleration = 0, jerk = 0;
   int dof = -1;        ///< index in RobotVector; of the master for a mimic joint
   bool mimic = false;  ///< position = multiplier * q[dof] + offset; a
                        ///< mimic of a mimic is resolved to the master
