@@ -26,12 +26,7 @@ class Leg {
       throw std::invalid_argument(std::string(toString(second.stage->kind)) +
                                   " moves other joints than the stage before it");
     }
-    const double duration = path_.duration();
-    for (std::size_t i = 1; i < second.path.t.size(); ++i) {
-      path_.t.push_back(duration + second.path.t[i]);
-      path_.q.push_back(second.path.q[i]);
-      path_.qd.push_back(second.path.qd[i]);
-    }
+    append(path_, second.path);
   }
 
   const TimedPath& path() const { return path_; }

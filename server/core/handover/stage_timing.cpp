@@ -16,8 +16,11 @@ constexpr std::array<double, 3> kBlends{0.05, 0.01, 0.001};  // corner deviation
 
 TimingLimits limitsOf(const StagePath& stage) {
   const auto size = static_cast<Eigen::Index>(stage.dofs.size());
-  TimingLimits limits{Eigen::VectorXd(size), Eigen::VectorXd(size), Eigen::VectorXd(size),
-                      Eigen::VectorXd(size)};
+  TimingLimits limits;
+  for (Eigen::VectorXd* it :
+       {&limits.lower, &limits.upper, &limits.velocity, &limits.acceleration, &limits.jerk}) {
+    it->resize(size);
+  }
   const RobotModel& model = *stage.mover->model;
   for (Eigen::Index i = 0; i < size; ++i) {
     const int dof = stage.dofs[static_cast<std::size_t>(i)];
@@ -27,6 +30,7 @@ TimingLimits limitsOf(const StagePath& stage) {
     limits.upper[i] = joint.upper;
     limits.velocity[i] = joint.velocity;
     limits.acceleration[i] = joint.acceleration;
+    limits.jerk[i] = joint.jerk;
   }
   return limits;
 }

@@ -3,12 +3,12 @@
 #pragma once
 
 #include "core/collision/joint_motion.hpp"
-#include "core/motion/timing.hpp"
+#include "core/motion/trajectory.hpp"
 
 namespace handover {
 
 /// A timed path from one time to another [s], evenly; before its start and after its end it stands
-/// still. The path outlives this.
+/// still. The path outlives this. Safe from any thread.
 class TimedMotion : public JointMotion {
  public:
   explicit TimedMotion(const TimedPath& path) : TimedMotion(path, 0, path.duration()) {}
@@ -16,12 +16,13 @@ class TimedMotion : public JointMotion {
   TimedMotion(const TimedPath& path, double begin, double end)
       : path_(path), begin_(begin), end_(end) {}
 
+  /// `q_middle` is on the curve, `along` half of the way from the stretch's begin to its end; what
+  /// that line leaves of the curve is enclosed by the control points of its quintics.
   void stretch(double from, double to, MotionStretch& out) const override;
 
  private:
   const TimedPath& path_;
   const double begin_, end_;
-  mutable Eigen::VectorXd q_, qd_, q_end_, qd_end_;  ///< scratch
 };
 
 }  // namespace handover
