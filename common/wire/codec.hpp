@@ -19,7 +19,7 @@ using Decoded = std::variant<T, std::vector<Fault>>;
 
 /// The messages of values that pass check(): see there for the bounds.
 msg::HandoverRequest encode(const PlanRequest& request);
-msg::PlanEvent encode(const PlanEvent& stage);
+msg::PlanEvent encode(const PlanEvent& event);
 msg::DaemonStatus encode(const DaemonStatus& status);
 msg::HandoverCancel encodeCancel(const RequestId& id);
 

@@ -2,7 +2,7 @@
 // What the daemon's workers call for a request: the seam between requests and the planning core.
 #pragma once
 
-#include "core/handover/planner.hpp"
+#include "core/planning/plan_event_sink.hpp"
 
 #include <handover/common/deadline.hpp>
 #include <handover/common/plan_event.hpp>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dense_search.hpp"
 
-#include "core/handover/exchange.hpp"
-#include "core/handover/stage_timing.hpp"
+#include "core/planning/exchange.hpp"
+#include "core/planning/stage_timing.hpp"
 #include "random_order.hpp"
 
 #include <algorithm>

@@ -113,23 +113,49 @@ std::string distinct(const std::string& what, int number) {
   return what + std::to_string(number) + anyText();
 }
 
+JointLimits anyLimits() {
+  const double a = anyNumber(), b = anyNumber();
+  JointLimits limits{std::min(a, b), std::max(a, b), anyPositive(), anyPositive(), anyPositive()};
+  if (anyBool()) limits.lower = limits.upper = std::nullopt;
+  return limits;
+}
+
 RobotSnapshot anyRobot(int number, const std::vector<std::string>& objects) {
   RobotSnapshot robot;
   robot.name = distinct("robot", number);
   robot.urdf = "robots/r" + anyName();
-  robot.urdf_sha256 = hexDigits(64);
   robot.srdf = "robots/r" + anyName();
+  robot.yaml = "robots/r" + anyName();
+  robot.urdf_sha256 = hexDigits(64);
+  robot.yaml_sha256 = hexDigits(64);
   robot.X_WB = anyPose();
   const int joints = *rc::gen::inRange(1, 4);
   for (int i = 0; i < joints; ++i) {
     const std::string joint = distinct("joint", i);
-    const double a = anyNumber(), b = anyNumber();
     robot.q_start.emplace_back(joint, anyNumber());
-    robot.limits.emplace_back(
-        joint, JointLimits{std::min(a, b), std::max(a, b), anyPositive(), anyPositive()});
+    robot.limits.emplace_back(joint, anyLimits());
   }
   robot.resting = several(0, 2, [&] { return NamePair{anyName(), *rc::gen::elementOf(objects)}; });
   return robot;
+}
+
+ArmName anyArm() { return {anyName(), anyName()}; }
+
+std::array<double, 3> anyDirection() {
+  std::array<double, 3> direction = anyVector();
+  if (direction == std::array<double, 3>{}) direction[1] = -1;
+  return direction;
+}
+
+RestSnapshot anyRest(const std::vector<std::string>& objects) {
+  if (anyBool()) return {.none = true, .objects = {}};
+  return {false, several(0, 3, [&] { return *rc::gen::elementOf(objects); })};
+}
+
+/// Not the unspecified one.
+template <typename Enum>
+Enum anyEnumerator() {
+  return static_cast<Enum>(*rc::gen::inRange<int>(1, EnumNames<Enum>::value.size()));
 }
 
 SceneSnapshot anyScene() {
@@ -138,8 +164,6 @@ SceneSnapshot anyScene() {
   scene.task = anyText();
   scene.seed = anyWhole();
   scene.scene_hash = hexDigits(16);
-  scene.X_WO_start = anyPose();
-  scene.X_WO_goal = anyPose();
   std::vector<std::string> objects, robots;
   const int object_count = *rc::gen::inRange(1, 4), robot_count = *rc::gen::inRange(2, 4);
   for (int i = 0; i < object_count; ++i) objects.push_back(distinct("object", i));
@@ -157,57 +181,134 @@ SceneSnapshot anyScene() {
     scene.objects.push_back(std::move(object));
   }
   scene.object = *rc::gen::elementOf(objects);
-  scene.giver = robots[0];
-  scene.receiver = robots[1];
+  scene.start = {anyPose(), {}, anyRest(objects)};
+  if (anyBool()) scene.start.held_by = ArmName{*rc::gen::elementOf(robots), anyName()};
+  scene.goal = {anyPose(), anyEnumerator<TransportEnd>(), anyRest(objects)};
+  if (anyBool()) {
+    scene.upright = UprightSnapshot{anyDirection(), *rc::gen::inRange(0, 1801) * 0.1};
+  }
   return scene;
 }
 
-RejectCount anyReject() { return {anyName(), anyBool() ? anyPair() : NamePair{}, anyCount()}; }
+Accepted anyAccepted() {
+  Accepted accepted{.daemon_id = anyId().bytes, .epoch = anyWhole(), .program_version = anyText()};
+  accepted.scene_revision = anyWhole();
+  accepted.scene_hash = anyBool() ? hexDigits(16) : "";
+  accepted.queue_place = anyCount();
+  return accepted;
+}
+
+std::uint32_t anyPlace() { return *rc::gen::inRange(0u, 8u); }
+
+StageRef anyStageRef() { return {anyPlace(), anyEnumerator<StageAction>()}; }
+
+CauseCount anyCause() {
+  CauseCount cause{.cause = anyEnumerator<Cause>(), .pair = {}, .stage = {}, .count = anyCount()};
+  if (anyBool()) cause.pair = {anyName(), anyText()};
+  if (anyBool()) cause.stage = anyStageRef();
+  return cause;
+}
 
 ArmSelected anyArms() {
-  return {anyName(), anyName(), several(0, 3, [] {
-            return ArmScore{anyName(), anyName(), anyNumber(), anyText()};
+  return {several(0, 3, anyArm), several(0, 3, [] {
+            const auto rejected =
+                static_cast<Cause>(*rc::gen::inRange<int>(0, EnumNames<Cause>::value.size()));
+            return ArmScore{anyArm(), anyPlace(), anyNumber(), rejected, anyText()};
           })};
 }
 
 GraspsPruned anyPruned() {
-  return {anyName(), anyName(), anyCount(), anyCount(), several(0, 3, anyReject)};
+  return {anyArm(),   anyPlace(), anyEnumerator<PruningPlace>(),
+          anyCount(), anyCount(), several(0, 3, anyCause)};
 }
 
 HandoverCandidates anyCandidates() {
-  return {anyName(),
-          anyName(),
+  return {anyPlace(),
+          anyArm(),
+          anyArm(),
           anyCount(),
           anyCount(),
           anyCount(),
           anyCount(),
-          several(0, 3, anyReject),
+          anyCount(),
+          several(0, 3, anyCause),
           several(0, 3, [] {
             return LatticeCell{{anyNumber(), anyNumber(), anyNumber()}, anyNumber()};
           })};
 }
 
-Solution anySolution(std::uint32_t index) {
-  Solution solution{.index = index, .giver_arm = anyName(), .receiver_arm = anyName()};
-  solution.giver_tool_link = anyName();
-  solution.receiver_tool_link = anyName();
-  solution.giver_grasp = anyCount();
-  solution.receiver_grasp = anyCount();
-  solution.X_WO_handover = anyPose();
-  solution.X_OT_giver = anyPose();
-  solution.X_OT_receiver = anyPose();
-  solution.dexterity = {anyNumber(), anyNumber(), anyNumber(), anyNumber()};
+Holder anyHolder() {
+  Holder holder{.arm = anyArm(), .tool_link = anyName()};
+  if (anyBool()) {
+    holder.gripper = FingerGripper{anyName(), several(0, 3, anyName)};
+  } else {
+    holder.gripper = SuctionGripper{anyName(), anyDirection(), anyPositive()};
+  }
+  holder.X_OT = anyPose();
+  holder.grasp = anyCount();
+  holder.dexterity = {anyNumber(), anyNumber()};
+  return holder;
+}
+
+std::vector<std::pair<std::string, double>> anyNamedNumbers() {
+  std::vector<std::pair<std::string, double>> all;
+  const int count = *rc::gen::inRange(0, 3);
+  for (int i = 0; i < count; ++i) all.emplace_back(distinct("n", i), anyNumber());
+  return all;
+}
+
+Quality anyQuality() {
+  Quality quality{.duration_s = anyNumber(), .bound_s = anyNumber(), .object_s = anyNumber()};
+  quality.idle_s = anyNamedNumbers();
+  quality.clearance = several(0, 3, [] {
+    const std::string between = *rc::gen::element<std::string>("furniture", "robots", "object");
+    return ClearanceQuality{between, anyNumber(), *rc::gen::inRange(0u, 128u),
+                            anyBool() ? anyPair() : NamePair{}};
+  });
+  quality.tilt_deg = anyNumber();
+  quality.object_turn_deg = {anyNumber(), anyNumber()};
+  quality.limit_margin = anyNumber();
+  quality.grip = several(0, 3, [] { return GripQuality{anyPlace(), anyNumber(), anyNumber()}; });
+  quality.jerk_share = anyNumber();
+  quality.cost = anyNumber();
+  quality.terms = anyNamedNumbers();
+  return quality;
+}
+
+Solution anySolution(std::uint32_t index, std::uint32_t stages) {
+  Solution solution{.index = index, .holders = several(1, 4, anyHolder)};
+  for (std::size_t i = 1; i < solution.holders.size(); ++i) {
+    solution.X_WO_handovers.push_back(anyPose());
+  }
+  solution.stage_count = stages;
+  solution.slack_s = *rc::gen::inRange(0, 1001) * 0.01;
+  solution.cost = anyNumber();
+  if (anyBool()) {
+    solution.quality = anyQuality();
+    solution.cost = solution.quality->cost;
+  }
   return solution;
 }
 
-StageTrajectory anyTrajectory(const SceneSnapshot& scene, std::uint32_t solution, int index) {
-  StageTrajectory stage{.solution = solution, .index = static_cast<std::uint32_t>(index)};
-  stage.kind = static_cast<StageKind>(*rc::gen::inRange(1, kStageCount + 1));
-  stage.robot = anyBool() ? scene.giver : scene.receiver;
-  const int joints = *rc::gen::inRange(1, 4);
+/// Strictly rising from 0.
+std::vector<double> anyTimes() {
+  std::vector<double> times{0};
+  for (const double step : several(1, 4, [] { return *rc::gen::inRange(1, 100000) * 0.001; })) {
+    times.push_back(times.back() + step);
+  }
+  return times;
+}
+
+StageTrajectory anyTrajectory(const SceneSnapshot& scene, std::uint32_t holders,
+                              std::uint32_t solution, std::uint32_t index) {
+  StageTrajectory stage{.solution = solution, .index = index};
+  stage.holder = *rc::gen::inRange(0u, holders);
+  stage.action = anyEnumerator<StageAction>();
+  stage.robot = scene.robots[static_cast<std::size_t>(anyBool())].name;
+  const int joints = *rc::gen::inRange(0, 4);
   for (int i = 0; i < joints; ++i) stage.joints.push_back(distinct("joint", i));
   stage.start = anyNumber();
-  stage.t = several(1, 4, anyNumber);
+  stage.t = anyTimes();
   const auto row = [&] {
     std::vector<double> values(stage.joints.size());
     for (double& value : values) value = anyNumber();
@@ -216,39 +317,55 @@ StageTrajectory anyTrajectory(const SceneSnapshot& scene, std::uint32_t solution
   for (std::size_t i = 0; i < stage.t.size(); ++i) {
     stage.q.push_back(row());
     stage.qd.push_back(row());
+    stage.qdd.push_back(row());
   }
   stage.holding = several(0, 2, [&] {
-    return Hold{scene.object, scene.receiver, anyName(), anyPose()};
+    return Hold{scene.object, scene.robots[0].name, anyName(), anyPose()};
   });
   stage.may_touch = several(0, 2, anyPair);
+  if (index > 0) {
+    stage.after = several(0, 3, [&] {
+      return StageProgress{*rc::gen::inRange(0u, index), anyPositive()};
+    });
+  }
   return stage;
+}
+
+Explanation anyExplanation() {
+  Explanation why{.filter = anyText(), .text = anyText(), .exhaustive = anyBool()};
+  why.causes = several(0, 3, anyCause);
+  why.nearest_fix = several(0, 3, anyOverride);
+  why.fix_text = anyText();
+  if (anyBool()) {
+    why.farthest = Farthest{anyPose(),
+                            several(0, 3,
+                                    [] {
+                                      return FarthestTool{anyArm(), anyPose()};
+                                    }),
+                            anyStageRef()};
+  }
+  return why;
 }
 
 Outcome anyOutcome() {
   switch (*rc::gen::inRange(0, 4)) {
     case 0:
       return Done{anyCount(), anyBool()};
-    case 1: {
-      const int last = static_cast<int>(FailureReason::kInternal);
-      return Failed{
-          static_cast<FailureReason>(*rc::gen::inRange(1, last + 1)),
-          {anyText(), anyText(), several(0, 3, anyReject), several(0, 3, anyOverride), anyText()}};
-    }
+    case 1:
+      return Failed{anyEnumerator<FailureReason>(), anyExplanation()};
     case 2:
-      return Cancelled{};
+      return Cancelled{anyEnumerator<CancelCause>()};
     default:
-      return Rejected{
-          *rc::gen::element<std::string>("bad_request", "unknown_cell", "busy", "scene_changed"),
-          several(0, 3, [] {
-            return Fault{anyText(), anyText()};
-          })};
+      return Rejected{anyEnumerator<RejectionReason>(), several(0, 3, [] {
+                        return Fault{anyText(), anyText()};
+                      })};
   }
 }
 
 PlanEventPayload anyPayload() {
-  switch (*rc::gen::inRange(0, 8)) {
+  switch (*rc::gen::inRange(0, 11)) {
     case 0:
-      return Accepted{anyCount(), anyWhole()};
+      return anyAccepted();
     case 1:
       return anyScene();
     case 2:
@@ -258,12 +375,24 @@ PlanEventPayload anyPayload() {
     case 4:
       return anyCandidates();
     case 5:
-      return anySolution(anyCount());
+      return anySolution(anyCount(), *rc::gen::inRange(1u, 129u));
     case 6:
-      return anyTrajectory(anyScene(), anyCount(), *rc::gen::inRange(0, 20));
+      return anyTrajectory(anyScene(), 8, anyCount(), *rc::gen::inRange(0u, 20u));
+    case 7:
+      return Note{anyName(), anyText()};
+    case 8:
+      return Failure{anyEnumerator<FailureReason>(), anyExplanation()};
+    case 9:
+      return Fix{several(0, 3, anyOverride), anyText()};
     default:
       return anyOutcome();
   }
+}
+
+std::vector<std::string> anyChain() {
+  if (anyBool())
+    return anyBool() ? std::vector<std::string>{kAutoChain} : std::vector<std::string>{};
+  return several(1, 5, [] { return anyBool() ? anyName() : anyName() + "/" + anyName(); });
 }
 
 Variation anyVariation() {
@@ -292,17 +421,18 @@ PlanRequest anyRequest() {
   request.task = anyText();
   request.object = anyText();
   if (anyBool()) request.X_WO_goal = anyPose();
-  request.giver = anyText();
-  request.receiver = anyText();
-  request.giver_arm = anyText();
-  request.receiver_arm = anyText();
+  request.chain = anyChain();
   request.overrides = several(0, 4, anyOverride);
   if (anyBool()) request.expected_revision = anyWhole();
-  request.mode = *rc::gen::element(SearchMode::kFirst, SearchMode::kBest, SearchMode::kAll);
-  request.search = *rc::gen::element(SearchWidth::kPaper, SearchWidth::kWide);
+  if (anyBool()) request.expected_hash = hexDigits(16);
+  request.mode = anyEnumerator<SearchMode>();
+  request.search = anyEnumerator<SearchWidth>();
+  request.objective = anyBool() ? anyEnumerator<Objective>() : Objective::kUnspecified;
   request.seed = anyWhole();
   if (anyBool()) request.deadline_s = anyPositive();
   request.speed_scale = *rc::gen::inRange(1, 1001) / 1000.0;
+  request.slack_s = *rc::gen::inRange(0, 1001) * 0.01;
+  request.wants_fix = anyBool();
   return request;
 }
 
@@ -310,38 +440,46 @@ DaemonStatus anyStatus() {
   DaemonStatus status;
   status.id = anyId().bytes;
   status.version = anyText();
-  status.state = static_cast<DaemonState>(*rc::gen::inRange(1, 4));
+  status.state = anyEnumerator<DaemonState>();
   status.cells = several(0, 3, [] {
-    return CellInfo{anyName(), several(0, 3, anyName), anyWhole(), several(0, 3, anyVariation)};
+    return CellInfo{anyName(), several(0, 3, anyName), anyWhole(), several(0, 3, anyVariation),
+                    anyBool() ? hexDigits(16) : ""};
   });
   status.queued = anyCount();
   status.running = anyCount();
   status.counters = {anyWhole(), anyWhole(), anyWhole(), anyWhole(), anyWhole()};
+  status.refused = anyWhole();
+  status.clients = anyCount();
+  status.memory_bytes = anyWhole();
   return status;
 }
 
-PlanEvent anyStage() { return {anyId(), anyCount(), anyPositive(), anyPayload()}; }
+PlanEvent anyEvent() { return {anyId(), anyId().bytes, anyCount(), anyPositive(), anyPayload()}; }
 
 std::vector<PlanEvent> anyAnswer() {
   const SceneSnapshot scene = anyScene();
-  std::vector<PlanEventPayload> payloads{Accepted{anyCount(), anyWhole()}, scene};
+  std::vector<PlanEventPayload> payloads{anyAccepted(), scene};
   for (const ArmSelected& arms : several(0, 2, anyArms)) payloads.emplace_back(arms);
   for (const GraspsPruned& pruned : several(0, 2, anyPruned)) payloads.emplace_back(pruned);
   for (const auto& candidates : several(0, 2, anyCandidates)) payloads.emplace_back(candidates);
   const std::uint32_t solutions = *rc::gen::inRange(1u, 3u);
-  for (std::uint32_t solution = 0; solution < solutions; ++solution) {
-    payloads.emplace_back(anySolution(solution));
-    for (int i = 0; i < kStageCount; ++i) {
-      payloads.emplace_back(anyTrajectory(scene, solution, i));
+  for (std::uint32_t index = 0; index < solutions; ++index) {
+    const std::uint32_t stages = *rc::gen::inRange(1u, 20u);
+    const Solution solution = anySolution(index, stages);
+    payloads.emplace_back(solution);
+    for (std::uint32_t i = 0; i < stages; ++i) {
+      const auto holders = static_cast<std::uint32_t>(solution.holders.size());
+      payloads.emplace_back(anyTrajectory(scene, holders, index, i));
     }
   }
   payloads.emplace_back(Outcome{Done{solutions - 1, anyBool()}});
   const RequestId id = anyId();
-  std::vector<PlanEvent> stages;
+  const AnswerId answer = anyId().bytes;
+  std::vector<PlanEvent> events;
   for (std::uint32_t i = 0; i < payloads.size(); ++i) {
-    stages.push_back({id, i, 0.001 * i, std::move(payloads[i])});
+    events.push_back({id, answer, i, 0.001 * i, std::move(payloads[i])});
   }
-  return stages;
+  return events;
 }
 
 }  // namespace handover::test

@@ -2,7 +2,7 @@
 // Keeps what planning emits.
 #pragma once
 
-#include "core/handover/planner.hpp"
+#include "core/planning/planner.hpp"
 
 #include <vector>
 

@@ -79,6 +79,8 @@ class CollisionScene {
   /// Bodies of those links that have shapes, in the order given.
   std::vector<BodyId> linkBodies(int robot, const std::vector<int>& links) const;
   BodyId objectBody(int object) const;
+  /// The robot whose link the body is; -1: it is an object.
+  int robotOf(BodyId body) const;
   /// Pairs never tested (design §5): links joined by a joint, through fixed ones too; SRDF pairs
   /// with reason Adjacent or Always; `attached_to` with its touch_links; resting pairs.
   const BodyPairs& standingPairs() const;

@@ -1,14 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/collision/robot_pair_checker.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace handover {
+namespace {
+
+bool shareJoints(const StateCheckerSetup& first, const StateCheckerSetup& second) {
+  if (first.robot != second.robot) return false;
+  return std::any_of(first.dofs.begin(), first.dofs.end(), [&](int dof) {
+    return std::find(second.dofs.begin(), second.dofs.end(), dof) != second.dofs.end();
+  });
+}
+
+}  // namespace
 
 RobotPairChecker::RobotPairChecker(StateChecker& first, StateChecker& second)
     : world_(&first.world()), moving_(first.movingBodies()), groups_(first.groups()) {
-  if (&second.world() != world_ || first.setup().robot == second.setup().robot) {
-    throw std::invalid_argument("two movers are two robots of one world");
+  if (&second.world() != world_ || shareJoints(first.setup(), second.setup())) {
+    throw std::invalid_argument("two movers share no joint and are of one world");
   }
   const int offset = groups_.size();
   const std::vector<MovingBody>& others = second.movingBodies();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two robots that move at once.
+// Two robots, or two arms of one, that move at once.
 #pragma once
 
 #include "core/collision/continuous_collision_checker.hpp"
@@ -7,13 +7,13 @@
 
 namespace handover {
 
-/// Tests what one robot moves against what another robot moves, carried objects included; each
+/// Tests what one mover moves against what another moves, carried objects included; each
 /// against everything else is for the two checkers by themselves. Standing pairs and those that
 /// either setup allows are left out.
 class RobotPairChecker {
  public:
-  /// @throws std::invalid_argument unless the checkers move two robots of one world, which must
-  /// outlive this.
+  /// @throws std::invalid_argument when the checkers move a joint in common or are of two worlds.
+  /// Their world must outlive this.
   RobotPairChecker(StateChecker& first, StateChecker& second);
 
   /// As StateChecker::isMotionFree(), of motions whose states are the first's dofs and then the

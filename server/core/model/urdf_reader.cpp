@@ -132,6 +132,7 @@ class UrdfReader {
     if (from.type == urdf::Joint::CONTINUOUS) {
       joint.lower = -std::numbers::pi;
       joint.upper = std::numbers::pi;
+      joint.continuous = true;
     }
     joint.mimic = from.mimic != nullptr;
   }

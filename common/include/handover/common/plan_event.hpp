@@ -49,15 +49,16 @@ enum class Cause {
   kStraightApproach,  ///< no straight way to or from the object
   kNoPath,            ///< no path found
   kTiming,            ///< the timed curve touches something
+  kUnsupported,       ///< the object rests on nothing
 };
 
 template <>
 struct EnumNames<Cause> {
   static constexpr std::array value{
-      "unspecified",    "not_in_map",        "holds_object", "no_gripper",
-      "no_grasps",      "excluded",          "no_ik",        "limits",
-      "self_collision", "collision",         "tilt",         "grip",
-      "hands_meet",     "straight_approach", "no_path",      "timing"};
+      "unspecified", "not_in_map", "holds_object", "no_gripper",        "no_grasps",
+      "excluded",    "no_ik",      "limits",       "self_collision",    "collision",
+      "tilt",        "grip",       "hands_meet",   "straight_approach", "no_path",
+      "timing",      "unsupported"};
 };
 
 /// What a stage does (design §5, Stages).
