@@ -2,7 +2,7 @@
 #include "commands.hpp"
 
 #include "command.hpp"
-#include "json_writer.hpp"
+#include "plan_file/json_writer.hpp"
 #include "output_file.hpp"
 #include "report.hpp"
 #include "signals.hpp"

@@ -3,7 +3,7 @@
 // as the paper's table.
 #pragma once
 
-#include "json_writer.hpp"
+#include "plan_file/json_writer.hpp"
 
 #include <handover/common/plan_event.hpp>
 

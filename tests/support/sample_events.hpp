@@ -25,7 +25,10 @@ inline SceneSnapshot sampleScene() {
   robot.q_start = {{"RSP", 0.1}, {"TSY", -1.0 / 3.0}};
   robot.limits = {{"RSP", {-1, 1, 1, 0.8, 8}}, {"TSY", {{}, {}, 0.5, 0.25, 2.5}}};
   robot.resting = {{"leftFoot", "floor"}};
-  scene.robots = {robot};
+  RobotSnapshot other = robot;
+  other.name = "crichton";
+  other.resting.clear();
+  scene.robots = {robot, other};
   const CompoundGeometry compound{
       {{samplePose(0.3), CylinderGeometry{0.04, 0.1}},
        {samplePose(0.4), MeshGeometry{"robots/objects/a.obj", {1, 2, 3}}}}};
@@ -116,7 +119,7 @@ inline StageTrajectory sampleTrajectory(std::uint32_t solution, std::uint32_t in
   if (suction) {
     stage.q = stage.qd = stage.qdd = {{}, {}, {}};
   } else {
-    stage.joints = {"RSP", "RSR"};
+    stage.joints = {"RSP", "TSY"};
     stage.q = {{0, 0.1}, {0.05, 0.2}, {0.1, 1.0 / 3.0}};
     stage.qd = {{0, 0}, {0.2, 0.4}, {0, 0}};
     stage.qdd = {{0, 0}, {0.5, -0.25}, {0, 0}};
@@ -221,7 +224,8 @@ inline std::vector<PlanEvent> sampleAnswer(const RequestId& id, double pace = 0.
       payloads.emplace_back(sampleTrajectory(solution, i, holders));
     }
   }
-  payloads.emplace_back(Outcome{Done{1, true}});
+  const Outcome done = Done{1, true};  // a temporary of it makes GCC 12 see what nobody has set
+  payloads.emplace_back(done);
   return sampleEvents(id, payloads, pace);
 }
 

@@ -19,8 +19,8 @@ std::string planText(const std::vector<PlanEventPayload>& stages, const Outcome&
 
 /// Success when the outcome is a plan that the verifier finds valid. `root`: what the scene's paths
 /// are relative to.
-testing::AssertionResult verified(const std::vector<PlanEventPayload>& stages, const Outcome& outcome,
-                                  const std::filesystem::path& root);
+testing::AssertionResult verified(const std::vector<PlanEventPayload>& stages,
+                                  const Outcome& outcome, const std::filesystem::path& root);
 testing::AssertionResult verifiedFile(const std::filesystem::path& file,
                                       const std::filesystem::path& root);
 

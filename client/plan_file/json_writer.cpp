@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "json_writer.hpp"
+#include "plan_file/json_writer.hpp"
 
 #include <algorithm>
 #include <charconv>
