@@ -465,6 +465,68 @@ def hubo_left_finger():
     yield "3", {"phalanx": chamfered((-0.009, 0.009), (-0.010, 0.010), (-0.034, 0.008), 0.004)}
 
 
+# --- a seated person ----------------------------------------------------------------------------------
+
+
+def person():
+    """Links without sides, in the frames of the robot's joints; z of a limb's frame points up it when it hangs."""
+
+    def oval(at, half_x, half_y, x=0.0, y=0.0):
+        return ring("z", at, (x - half_x, x + half_x), (y - half_y, y + half_y))
+
+    legs = {}
+    for i, s in enumerate((1, -1)):
+        # Thighs level and a little apart, shins upright.
+        legs[f"thigh_{i + 1}"] = ring("x", -0.02, (s * 0.0875 - 0.075, s * 0.0875 + 0.075), (-0.080, 0.075)) + ring(
+            "x", 0.43, (s * 0.115 - 0.058, s * 0.115 + 0.058), (-0.062, 0.055)
+        )
+        legs[f"shin_{i + 1}"] = (
+            oval(0.0, 0.058, 0.055, 0.415, s * 0.115)
+            + oval(-0.13, 0.058, 0.055, 0.405, s * 0.115)
+            + oval(-0.416, 0.042, 0.040, 0.415, s * 0.115)
+        )
+        legs[f"foot_{i + 1}"] = ring("z", -0.482, (0.355, 0.605), (s * 0.115 - 0.048, s * 0.115 + 0.048), 0.025) + ring(
+            "z", -0.416, (0.365, 0.475), (s * 0.115 - 0.040, s * 0.115 + 0.040), 0.020
+        )
+    yield "Body", {"pelvis": oval(-0.085, 0.100, 0.160) + oval(0.0, 0.115, 0.175) + oval(0.12, 0.100, 0.150)} | legs
+    yield "Torso", {
+        "belly": oval(0.10, 0.105, 0.150) + oval(0.24, 0.105, 0.140),
+        "chest": oval(0.22, 0.105, 0.135) + oval(0.36, 0.115, 0.130) + oval(0.46, 0.090, 0.122, -0.01),
+        "collar": oval(0.44, 0.090, 0.122, -0.01) + oval(0.50, 0.060, 0.115, -0.01) + oval(0.54, 0.05, 0.06, -0.01),
+        "neck": oval(0.50, 0.055, 0.055) + oval(0.60, 0.055, 0.055),
+    }
+    # Its frame is where the neck ends, at the chin's height.
+    yield "Head", {
+        "head": oval(-0.01, 0.060, 0.050, 0.03)
+        + oval(0.07, 0.098, 0.076, 0.01)
+        + oval(0.15, 0.098, 0.076, 0.0)
+        + oval(0.22, 0.050, 0.040, -0.01)
+    }
+    yield "UpperArm", {
+        "arm": turned("z", (-0.030, 0.038), (-0.12, 0.045), (-0.25, 0.040), (-0.300, 0.036)),
+        "elbow": around("y", (0, -0.314), (-0.038, 0.032), (0.038, 0.032)),
+    }
+    yield "Forearm", {"arm": turned("z", (-0.02, 0.037), (-0.07, 0.042), (-0.16, 0.034), (-0.228, 0.025))}
+    yield "Wrist", {"wrist": turned("z", (0.016, 0.021), (0.0, 0.022), (-0.010, 0.018))}
+
+
+def person_left():
+    yield "Shoulder", {
+        "ball": disc("y", -0.040, 0.030) + disc("y", -0.022, 0.048) + disc("y", 0.018, 0.050) + disc("y", 0.044, 0.028)
+    }
+    # The palm looks to -y, the thumb's side is +x.
+    yield "Palm", {
+        "palm": ring("z", -0.006, (-0.018, 0.018), (-0.011, 0.011), 0.005)
+        + ring("z", -0.040, (-0.036, 0.038), (-0.015, 0.014), 0.007)
+        + ring("z", -0.098, (-0.040, 0.040), (-0.015, 0.011), 0.007)
+        + ring("z", -0.110, (-0.038, 0.038), (-0.010, 0.006), 0.004)
+    }
+    yield "Finger1", {"phalanx": turned("z", (0.007, 0.0055), (0.0, 0.0090), (-0.043, 0.0080), (-0.049, 0.0055))}
+    yield "Finger2", {"phalanx": turned("z", (0.005, 0.0055), (0.0, 0.0080), (-0.028, 0.0072), (-0.034, 0.0045))}
+    yield "Thumb1", {"phalanx": turned("y", (0.008, 0.0065), (0.0, 0.0110), (-0.044, 0.0095), (-0.051, 0.0065))}
+    yield "Thumb2", {"phalanx": turned("y", (0.006, 0.0065), (0.0, 0.0095), (-0.024, 0.0088), (-0.031, 0.0055))}
+
+
 # --- objects ------------------------------------------------------------------------------------------
 
 
@@ -671,6 +733,11 @@ def meshes():
     for name, parts in hubo_left_finger():
         yield f"hubo/meshes/Body_LFx{name}.obj", parts
         yield f"hubo/meshes/Body_RFx{name}.obj", mirrored(parts)
+    for name, parts in person():
+        yield f"person/meshes/{name}.obj", parts
+    for name, parts in person_left():
+        yield f"person/meshes/L{name}.obj", parts
+        yield f"person/meshes/R{name}.obj", mirrored(parts)
     for make in (nine_sided_cup, table, cart, milk_carton, hammer, dog_plate, stool, dog):
         name = "cup" if make is nine_sided_cup else make.__name__
         yield f"objects/{name}/{name}.obj", make()
