@@ -23,17 +23,16 @@ std::string recordingOf(const std::string& plan_text, const fs::path& root) {
 
 }  // namespace
 
-bool knowsFormat(const fs::path& output) {
-  return output.extension() == ".html" || output.extension() == ".mcap";
-}
+bool isPage(const fs::path& output) { return output.extension() == ".html"; }
+
+bool knowsFormat(const fs::path& output) { return isPage(output) || output.extension() == ".mcap"; }
 
 std::string planView(const std::string& plan_text, const fs::path& output, const fs::path& root) {
   const fs::path folder = root.empty() ? verify::defaultRoot() : root;
   if (folder.empty()) {
     throw verify::Unreadable("--root", "neither an installed share nor the repository found");
   }
-  return output.extension() == ".mcap" ? recordingOf(plan_text, folder)
-                                       : planPage(plan_text, folder);
+  return isPage(output) ? planPage(plan_text, folder) : recordingOf(plan_text, folder);
 }
 
 }  // namespace handover::view
