@@ -10,7 +10,8 @@ namespace handover::view {
 /// The page of a plan file's text: viewer, plan, robots and meshes in one, no outside reference. A
 /// file without a plan is shown as its scene and why there is none.
 /// @param root folder that the plan's paths are relative to.
-/// @throws Unreadable when the text is no plan file or a file that it names cannot be read.
+/// @throws client::PlanFileError when the text is no plan file or a file that it names cannot be
+/// read.
 std::string planPage(const std::string& plan_text, const std::filesystem::path& root);
 
 /// The page of an experiment, no outside reference.
