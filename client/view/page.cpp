@@ -2,9 +2,9 @@
 #include "view/page.hpp"
 
 #include "view/page_templates.hpp"
-#include "view/plan_json.hpp"
 #include "view/root_files.hpp"
-#include "view/unreadable.hpp"
+
+#include <handover/client/plan_file.hpp>
 
 #include <nlohmann/json.hpp>
 #include <openssl/evp.h>
@@ -20,6 +20,7 @@ namespace handover::view {
 namespace {
 
 namespace fs = std::filesystem;
+using client::PlanFileError;
 using Json = nlohmann::json;
 
 std::string base64(const std::string& bytes) {
@@ -53,7 +54,7 @@ class PageFiles {
     tinyxml2::XMLDocument document;
     const std::string text = files_[urdf]["text"];
     if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-      throw Unreadable(urdf, document.ErrorStr());
+      throw PlanFileError(urdf, document.ErrorStr());
     }
     meshes_[urdf] = Json::object();
     if (document.RootElement() != nullptr) addMeshes(*document.RootElement(), urdf);
@@ -87,7 +88,8 @@ class PageFiles {
       add(*path);
       meshes_[urdf][name] = *path;
     } else if (!picture) {
-      throw Unreadable(urdf, "mesh \"" + name + "\" " + (path ? "cannot be drawn" : "not found"));
+      throw PlanFileError(urdf,
+                          "mesh \"" + name + "\" " + (path ? "cannot be drawn" : "not found"));
     }
   }
 
@@ -144,17 +146,11 @@ std::string filled(std::string_view page, const std::string& json) {
 bool hasPages() { return pageTemplates().has_value(); }
 
 std::string planPage(const std::string& plan_text, const fs::path& root) {
-  const Json file = parsePlanFile(plan_text);
+  const client::PlanFile file = client::parsePlanFile(plan_text);
+  if (!file.scene) throw PlanFileError("/scene", "is null: there is nothing to show");
   PageFiles files(root);
-  try {
-    if (file.at("scene").is_null()) throw Unreadable("/scene", "is null: there is nothing to show");
-    for (const Json& robot : file.at("scene").at("robots")) files.addRobot(robot.at("urdf"));
-    for (const Json& object : file.at("scene").at("objects")) {
-      files.addGeometry(geometryOf(object.at("geometry")));
-    }
-  } catch (const Json::exception& error) {
-    throw Unreadable("/scene", error.what());
-  }
+  for (const RobotSnapshot& robot : file.scene->robots) files.addRobot(robot.urdf);
+  for (const ObjectSnapshot& object : file.scene->objects) files.addGeometry(object.geometry);
   return filled(templates().plan, "{\"files\":" + textOf(files.files()) + ",\"meshes\":" +
                                       textOf(files.meshes()) + ",\"file\":" + plan_text + "}");
 }

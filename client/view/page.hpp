@@ -17,7 +17,8 @@ inline constexpr const char* kNoPages =
 /// The page of a plan file's text: viewer, plan, robots and meshes in one, no outside reference. A
 /// file without a plan is shown as its scene and why there is none.
 /// @param root folder that the plan's paths are relative to.
-/// @throws Unreadable when the text is no plan file or a file that it names cannot be read.
+/// @throws client::PlanFileError when the text is no plan file or a file that it names cannot be
+/// read.
 /// @pre hasPages().
 std::string planPage(const std::string& plan_text, const std::filesystem::path& root);
 

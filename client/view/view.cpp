@@ -4,7 +4,8 @@
 #include "view/mcap.hpp"
 #include "view/page.hpp"
 #include "view/root_files.hpp"
-#include "view/unreadable.hpp"
+
+#include <handover/client/plan_file.hpp>
 
 namespace handover::view {
 
@@ -17,7 +18,7 @@ bool knowsFormat(const fs::path& output) { return isPage(output) || output.exten
 std::string planView(const std::string& plan_text, const fs::path& output, const fs::path& root) {
   const fs::path folder = root.empty() ? defaultRoot() : root;
   if (folder.empty()) {
-    throw Unreadable("--root", "neither an installed share nor the repository found");
+    throw client::PlanFileError("--root", "neither an installed share nor the repository found");
   }
   return isPage(output) ? planPage(plan_text, folder) : planMcap(plan_text, folder);
 }
