@@ -36,8 +36,10 @@ double planOnce(CellService& service, const PlanRequest& request, AnswerSink& si
   if (const auto* failed = std::get_if<Failed>(&outcome)) {
     std::printf("failed: %s: %s\n", toString(failed->reason), failed->explanation.text.c_str());
     for (const CauseCount& cause : failed->explanation.causes) {
-      std::printf("  %6u %s %s %s\n", cause.count, toString(cause.cause), cause.pair.first.c_str(),
-                  cause.pair.second.c_str());
+      const StageRef stage = cause.stage.value_or(StageRef{});
+      std::printf("  %6u %s %s %s (holder %u, %s)\n", cause.count, toString(cause.cause),
+                  cause.pair.first.c_str(), cause.pair.second.c_str(), stage.holder,
+                  toString(stage.action));
     }
   }
   if (const auto* rejected = std::get_if<Rejected>(&outcome)) {
