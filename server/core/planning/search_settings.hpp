@@ -68,9 +68,12 @@ struct SearchSettings {
   std::size_t tuples_per_pose = 3;     ///< tuples of one pose whose motions are tried
   std::uint32_t motion_attempts = 60;  ///< tuples of a request whose motions are tried
   std::uint32_t grasp_attempts = 600;  ///< tuples whose hands did not go together
-  /// Of the handovers before a chain's last one, per pose and grasp of the one after it.
-  std::uint32_t inner_poses = 400;
+  // Of the handovers before a chain's last one: per grasp of the receiver where it gives the object
+  // on, poses and grasps of the giver that are followed up; in all; and how often a grasp may fail.
+  std::uint32_t inner_poses = 200;
   std::size_t inner_tuples = 3;
+  std::uint32_t most_inner_poses = 10'000;
+  std::uint32_t inner_failures = 2;
   std::size_t most_auto_holders = 4;  ///< design §1
 };
 
