@@ -8,7 +8,7 @@ install(TARGETS handoverd handoverctl handover-verify)
 
 # The client library and what it is linked with. Its headers show values only; wire and idl have none here.
 install(
-  TARGETS handover_client handover_common handover_wire handover_idl
+  TARGETS handover_client handover_plan_file handover_common handover_wire handover_idl
   EXPORT handoverTargets
   FILE_SET HEADERS)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/handover)

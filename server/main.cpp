@@ -10,7 +10,7 @@
 //   ~DdsEndpoint (Fast DDS) receive, discovery, timers; the network; ~DdsEndpoint. They decode,
 //   enqueue and return.
 #include "daemon.hpp"
-#include "runtime/cell_service.hpp"
+#include "cells/cell_service.hpp"
 #include "settings/check.hpp"
 #include "settings/roots.hpp"
 #include "settings/settings_file.hpp"

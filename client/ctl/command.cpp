@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
 
-#include "json_writer.hpp"
+#include "plan_file/json_writer.hpp"
 
 #include <iostream>
 

@@ -2,7 +2,7 @@
 #include "commands.hpp"
 
 #include "command.hpp"
-#include "json_writer.hpp"
+#include "plan_file/json_writer.hpp"
 #include "output_file.hpp"
 #include "report.hpp"
 #include "signals.hpp"
@@ -198,6 +198,9 @@ std::vector<Product> productsOf(const PlanOptions& options) {
 }  // namespace
 
 int runPlan(const CommonOptions& common, const PlanOptions& options) {
+  if (!options.html.empty() && !view::hasPages()) {
+    return fail(common, kExitConfiguration, view::kNoPages);
+  }
   // Opened before the daemon is asked: a plan that cannot be kept need not be made.
   const std::vector<Product> products = productsOf(options);
   std::deque<OutputFile> files;
@@ -224,7 +227,7 @@ int runPlan(const CommonOptions& common, const PlanOptions& options) {
 
     // Shared with the callback, which may still run when plan() throws.
     const auto report = std::make_shared<Report>(people(common));
-    const auto sent = client.plan(options.request, [&common, report](const PlanStage& stage) {
+    const auto sent = client.plan(options.request, [&common, report](const PlanEvent& stage) {
       report->add(stage);
       if (common.json) std::cout << client::jsonLine(stage) << std::endl;
     });
@@ -262,6 +265,9 @@ int runView(const CommonOptions& common, const ViewOptions& options) {
   } catch (const verify::Unreadable& fault) {
     return fail(common, kExitUsage, fault.what());
   }
+  if (view::isPage(options.output) && !view::hasPages()) {
+    return fail(common, kExitConfiguration, view::kNoPages);
+  }
   try {
     if (!output.commit(view::planView(text, options.output, options.root))) {
       return fail(common, kExitConfiguration, "cannot write " + options.output);
@@ -282,7 +288,7 @@ int runWatch(const CommonOptions& common, const std::optional<RequestId>& id) {
         },
         kExitCancelled);
     std::map<RequestId, Report> reports;
-    client.watch([&common, watched, id, reports](const PlanStage& stage) mutable {
+    client.watch([&common, watched, id, reports](const PlanEvent& stage) mutable {
       if (id && stage.request_id != *id) return;
       watched->touch();
       if (!id && stage.sequence == 0) {
@@ -313,7 +319,7 @@ int runCancel(const CommonOptions& common, const RequestId& id) {
           watched->stop();
         },
         kExitCancelled);
-    client.watch([&common, watched, id](const PlanStage& stage) {
+    client.watch([&common, watched, id](const PlanEvent& stage) {
       if (stage.request_id != id) return;
       watched->touch();
       if (const auto* outcome = std::get_if<Outcome>(&stage.payload)) {

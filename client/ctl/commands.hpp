@@ -2,7 +2,7 @@
 // The commands of handoverctl, each a function from options to an exit code.
 #pragma once
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
 #include <chrono>
 #include <cstdint>

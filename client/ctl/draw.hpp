@@ -2,9 +2,9 @@
 // What the runs of an experiment change: drawn from a cell's variations.
 #pragma once
 
-#include "json_writer.hpp"
+#include "plan_file/json_writer.hpp"
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 #include <handover/common/status.hpp>
 
 #include <cstdint>

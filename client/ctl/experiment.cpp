@@ -6,6 +6,7 @@
 #include "experiment_page.hpp"
 #include "output_file.hpp"
 #include "verify_program.hpp"
+#include "view/page.hpp"
 
 #include <handover/client/plan_file.hpp>
 
@@ -245,7 +246,7 @@ class Experiment {
     };
 
     const auto answer = std::make_shared<Answer>();
-    const PlanHandle handle = client_.plan(request, [answer](const PlanStage& stage) {
+    const PlanHandle handle = client_.plan(request, [answer](const PlanEvent& stage) {
       answer->funnel.add(stage);
       answer->plan.add(stage);
     });
@@ -392,6 +393,9 @@ int exitCodeOf(const CommonOptions& common, const ExperimentRecord& record) {
 }  // namespace
 
 int runExperiment(const CommonOptions& common, const ExperimentOptions& options) {
+  if (!options.html.empty() && !view::hasPages()) {
+    return fail(common, kExitConfiguration, view::kNoPages);
+  }
   // Opened before the daemon is asked: what cannot be kept need not be planned.
   std::optional<OutputFile> output, html;
   for (const auto& [path, file] :

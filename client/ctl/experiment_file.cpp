@@ -124,7 +124,7 @@ const PaperRow* paperRow(const std::string& cell) {
   return row == std::end(kPaper) ? nullptr : row;
 }
 
-void Funnel::add(const PlanStage& stage) {
+void Funnel::add(const PlanEvent& stage) {
   if (const auto* scene = std::get_if<SceneSnapshot>(&stage.payload)) {
     giver_ = scene->giver;
     receiver_ = scene->receiver;

@@ -3,9 +3,9 @@
 // as the paper's table.
 #pragma once
 
-#include "json_writer.hpp"
+#include "plan_file/json_writer.hpp"
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
 #include <array>
 #include <cstdint>
@@ -30,7 +30,7 @@ const PaperRow* paperRow(const std::string& cell);
 /// of the solution's arms, or of the arms selected if there is no solution.
 class Funnel {
  public:
-  void add(const PlanStage& stage);
+  void add(const PlanEvent& stage);
 
   struct Counts {
     std::uint32_t grasps_giver = 0, grasps_receiver = 0, handover_poses = 0, tuples = 0;

@@ -51,36 +51,43 @@ Json paperOf(const std::string& cell) {
           {"handover_poses", row->handover_poses}};
 }
 
+Json moreOf(const PageRun& run, const std::string& command) {
+  Json handovers = Json::array();
+  for (const HandoverPlace& place : run.handovers) {
+    handovers.push_back(
+        {{"object", pointOf(place.object)}, {"receiver_tool", pointOf(place.receiver_tool)}});
+  }
+  return {{"command", command},
+          {"lattice", latticeOf(run.lattice)},
+          {"handovers", std::move(handovers)}};
+}
+
 }  // namespace
 
-std::string repeatCommand(const ExperimentRecord& experiment, const RunRecord& run) {
-  std::string text = "handoverctl plan --cell " + quoted(experiment.cell);
-  if (!experiment.task.empty()) text += " --task " + quoted(experiment.task);
-  text += std::string(" --mode ") + toString(experiment.mode) + " --search " +
-          toString(experiment.search) + " --seed " + std::to_string(run.seed);
-  for (const Override& change : overridesOf(run.drawn)) {
+std::string repeatCommand(const Json& file, const Json& record, const std::string& task) {
+  const auto word = [&](const char* key) { return quoted(file.at(key).get<std::string>()); };
+  // Run i asks with the experiment's seed plus i.
+  const auto seed = file.at("seed").get<std::uint64_t>() + record.at("index").get<std::uint64_t>();
+  std::string text = "handoverctl plan --cell " + word("cell");
+  if (!task.empty()) text += " --task " + quoted(task);
+  text += " --mode " + word("mode") + " --search " + word("search");
+  text += " --objective " + word("objective") + " --seed " + std::to_string(seed);
+  for (const Override& change : overridesOf(record.at("drawn"))) {
     text += " --set " + quoted(change.path + "=" + change.value);
   }
   return text;
 }
 
-std::string experimentPage(const ExperimentRecord& experiment) {
+std::string experimentPage(const Json& file, const PageExtras& extras) {
   Json more = Json::array();
-  for (const RunRecord& run : experiment.runs) {
-    Json entry = {{"command", repeatCommand(experiment, run)},
-                  {"lattice", latticeOf(run.lattice)},
-                  {"handover", nullptr}};
-    if (run.handover) {
-      entry["handover"] = {{"object", pointOf(run.handover->object)},
-                           {"receiver_tool", pointOf(run.handover->receiver_tool)}};
-    }
-    more.push_back(std::move(entry));
+  for (const Json& record : file.at("records")) {
+    more.push_back(moreOf(extras.runs.at(more.size()), repeatCommand(file, record, extras.task)));
   }
   const Json data = {
-      {"experiment", toJson(experiment)},
-      {"task", experiment.task},
-      {"versions", {{"handoverctl", HANDOVER_VERSION}, {"handoverd", experiment.daemon_version}}},
-      {"paper", paperOf(experiment.cell)},
+      {"experiment", file},
+      {"task", extras.task},
+      {"versions", {{"handoverctl", HANDOVER_VERSION}, {"handoverd", extras.daemon_version}}},
+      {"paper", paperOf(file.at("cell"))},
       {"lattice_edge", kLatticeEdge},
       {"more", std::move(more)}};
   return view::experimentPage(client::compact(data));

@@ -5,14 +5,33 @@
 #include "experiment_file.hpp"
 
 #include <string>
+#include <vector>
 
 namespace handover::ctl {
 
-/// The shell command that asks for a run's plan again.
-std::string repeatCommand(const ExperimentRecord& experiment, const RunRecord& run);
+/// What the page shows of a run beyond its record.
+struct PageRun {
+  std::vector<LatticeCell> lattice;  ///< crossed maps of the first handover's arms, best cell first
+  std::vector<HandoverPlace> handovers;
+};
 
-/// One self-contained page: the table, how planning times spread, what failed, every run, and where
-/// the object changed hands.
-std::string experimentPage(const ExperimentRecord& experiment);
+/// What the page shows of an experiment beyond its file.
+struct PageExtras {
+  std::string task;  ///< empty: the cell's first
+  std::string daemon_version;
+  std::vector<PageRun> runs;  ///< one for each record
+};
+
+/// The shell command that asks for a run's plan again.
+/// @param file   an experiment file (format handover-experiment/2).
+/// @param record of its `records`.
+std::string repeatCommand(const client::Json& file, const client::Json& record,
+                          const std::string& task);
+
+/// One self-contained page: the table, how planning times spread, what the plans are like, what
+/// failed, every run, and where the object changed hands.
+/// @throws nlohmann::json::exception for a file of another form, std::out_of_range when
+/// `extras.runs` are fewer than its records.
+std::string experimentPage(const client::Json& file, const PageExtras& extras);
 
 }  // namespace handover::ctl

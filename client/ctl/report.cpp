@@ -39,7 +39,7 @@ std::string saved(const client::MotionTime& time) {
 
 }  // namespace
 
-void Report::add(const PlanStage& stage) {
+void Report::add(const PlanEvent& stage) {
   plan_.add(stage);
   elapsed_s_ = stage.elapsed_s;
   std::visit([this](const auto& payload) { print(payload); }, stage.payload);

@@ -14,7 +14,7 @@ class Report {
  public:
   explicit Report(std::ostream& out) : out_(out) {}
 
-  void add(const PlanStage& stage);
+  void add(const PlanEvent& stage);
 
   const client::PlanFile& plan() const { return plan_; }
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/mcap.hpp"
 
+#include "view/mesh_file.hpp"
+#include "view/playback.hpp"
+#include "view/root_files.hpp"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -11,8 +15,6 @@
 
 namespace handover::view {
 namespace {
-
-using verify::Pose;
 
 constexpr double kFrame = 1.0 / 30;  // [s]
 
@@ -194,12 +196,22 @@ class McapFile {
   std::uint16_t channels_ = 0;
 };
 
+using Colour = std::array<float, 4>;
+
+constexpr Colour kObject{0.25f, 0.64f, 0.30f, 1.0f}, kThing{0.85f, 0.81f, 0.75f, 1.0f},
+    kIdle{0.72f, 0.75f, 0.78f, 1.0f};
+/// Of the robots that hold the object, in the order in which they do.
+constexpr std::array<Colour, 4> kHolders{{{0.85f, 0.60f, 0.37f, 1.0f},
+                                          {0.50f, 0.65f, 0.81f, 1.0f},
+                                          {0.71f, 0.60f, 0.81f, 1.0f},
+                                          {0.83f, 0.56f, 0.66f, 1.0f}}};
+
 /// Writes the topics of one plan.
 class Recorder {
  public:
-  explicit Recorder(const verify::Motion& motion) : motion_(motion), scene_(motion.scene()) {
+  Recorder(const Playback& playback, const RootFiles& files) : playback_(playback), files_(files) {
     const std::string with_header = std::string(kJointState) + std::string(kHeaderAndTime);
-    for (const auto& robot : scene_.plan.robots) {
+    for (const RobotSnapshot& robot : playback_.scene().robots) {
       joints_.push_back(file_.addChannel("/joint_states/" + robot.name,
                                          "sensor_msgs/msg/JointState", with_header));
     }
@@ -211,19 +223,18 @@ class Recorder {
   }
 
   std::string record() {
-    double end = 0;
-    for (const auto& stage : scene_.plan.stages) end = std::max(end, stage.end());
+    const double end = playback_.duration();
     const auto frames = static_cast<int>(std::ceil(end / kFrame));
-    std::vector<const verify::PlanStage*> stages;
-    for (const auto& stage : scene_.plan.stages) stages.push_back(&stage);
+    std::vector<const StageTrajectory*> stages;
+    for (const StageTrajectory& stage : playback_.plan().stages) stages.push_back(&stage);
     std::stable_sort(stages.begin(), stages.end(),
                      [](const auto* a, const auto* b) { return a->start < b->start; });
     addMarkers();
-    std::size_t begun = 0;
+    auto begun = stages.begin();
     for (int frame = 0; frame <= frames; ++frame) {
       const double T = std::min(frame * kFrame, end);
-      for (; begun < stages.size() && stages[begun]->start <= T; ++begun) {
-        file_.addMessage(stage_, T, Cdr().text(stages[begun]->kind));
+      for (; begun != stages.end() && (*begun)->start <= T; ++begun) {
+        file_.addMessage(stage_, T, Cdr().text(playback_.labelOf(**begun)));
       }
       addFrame(T);
     }
@@ -232,39 +243,35 @@ class Recorder {
 
  private:
   void addFrame(double T) {
+    const Moment moment = playback_.at(T);
     Cdr transforms;
-    std::size_t count = scene_.plan.objects.size();
-    for (const auto& robot : scene_.robots) count += robot.links.size();
+    std::size_t count = moment.X_WO.size();
+    for (const auto& links : moment.X_WL) count += links.size();
     transforms.count(count);
     const auto add = [&](const std::string& frame, const Pose& X) {
       transforms.header(T, "world").text(frame).pose(X);
     };
-    for (std::size_t r = 0; r < scene_.robots.size(); ++r) {
-      const auto robot = static_cast<int>(r);
-      const std::vector<double> q = motion_.jointsAt(robot, T);
-      addJoints(r, q, T);
-      std::vector<Pose> X_WL;
-      scene_.kinematics[r].linkPoses(q, X_WL);
-      for (std::size_t link = 0; link < X_WL.size(); ++link) {
-        add(scene_.plan.robots[r].name + "/" + scene_.robots[r].links[link].name, X_WL[link]);
+    for (std::size_t r = 0; r < moment.X_WL.size(); ++r) {
+      const std::string& robot = playback_.scene().robots[r].name;
+      addJoints(r, moment.q[r], T);
+      for (std::size_t link = 0; link < moment.X_WL[r].size(); ++link) {
+        add(robot + "/" + playback_.models()[r].links()[link].name, moment.X_WL[r][link]);
       }
     }
-    for (std::size_t o = 0; o < scene_.plan.objects.size(); ++o) {
-      const auto object = static_cast<int>(o);
-      add(scene_.plan.objects[o].name,
-          object == scene_.object ? motion_.objectAt(T) : motion_.otherObjectAt(object, T));
+    for (std::size_t o = 0; o < moment.X_WO.size(); ++o) {
+      add(playback_.scene().objects[o].name, moment.X_WO[o]);
     }
     file_.addMessage(tf_, T, transforms);
   }
 
-  void addJoints(std::size_t robot, const std::vector<double>& q, double T) {
+  void addJoints(std::size_t robot, const Positions& q, double T) {
+    const Robot& model = playback_.models()[robot];
     std::vector<std::string> names;
     std::vector<double> positions;
-    for (std::size_t j = 0; j < q.size(); ++j) {
-      const verify::Joint& joint = scene_.robots[robot].joints[j];
-      if (!joint.movable()) continue;
+    for (const Joint& joint : model.joints()) {
+      if (joint.motion == Joint::Motion::kNone) continue;
       names.push_back(joint.name);
-      positions.push_back(q[j]);
+      positions.push_back(model.positionOf(joint, q));
     }
     Cdr message;
     message.header(T, "").count(names.size());
@@ -273,42 +280,105 @@ class Recorder {
     file_.addMessage(joints_[robot], T, message);
   }
 
-  void addMarkers() {
-    Cdr message;
-    message.count(scene_.bodies.size());
-    for (std::size_t b = 0; b < scene_.bodies.size(); ++b) {
-      const verify::SceneBody& body = scene_.bodies[b];
-      constexpr std::int32_t kTriangleList = 11, kAdd = 0;
-      message.header(0, body.name).text(body.name).add(static_cast<std::int32_t>(b));
-      message.add(kTriangleList).add(kAdd).pose(Pose::Identity()).point(Eigen::Vector3d::Ones());
-      for (const float channel : colourOf(body)) message.add(channel);
-      message.add(std::int32_t{0}).add(std::uint32_t{0}).add(std::uint8_t{1});  // for good, locked
-      std::size_t corners = 0;
-      for (const auto& shell : body.body.shells()) corners += 3 * shell.mesh.triangles.size();
-      message.count(corners);
-      for (const auto& shell : body.body.shells()) {
-        for (const auto& triangle : shell.mesh.triangles) {
-          for (const int corner : triangle) {
-            message.point(shell.mesh.vertices[static_cast<std::size_t>(corner)]);
-          }
+  /// A shape in the frame of a body.
+  struct Mark {
+    std::string body;
+    Shape shape;
+    Colour colour;
+    std::string urdf;  ///< that names its mesh; empty: the plan does
+  };
+
+  std::vector<Mark> marks() const {
+    std::vector<Mark> marks;
+    const SceneSnapshot& scene = playback_.scene();
+    for (std::size_t r = 0; r < scene.robots.size(); ++r) {
+      const RobotSnapshot& robot = scene.robots[r];
+      for (const Link& link : playback_.models()[r].links()) {
+        for (const Shape& shape : link.collision) {
+          addMark({robot.name + "/" + link.name, shape, colourOf(robot.name), robot.urdf}, marks);
         }
       }
-      message.count(0).text("").header(0, "").text("").count(0).count(0);  // no colours, no texture
-      message.text("").text("").text("").count(0).add(std::uint8_t{0});    // no text, no mesh
     }
+    for (const ObjectSnapshot& object : scene.objects) {
+      const Colour& colour = object.name == scene.object ? kObject : kThing;
+      addMark({object.name, {Pose::Identity(), object.geometry}, colour, ""}, marks);
+    }
+    return marks;
+  }
+
+  const Colour& colourOf(const std::string& robot) const {
+    std::vector<std::string> order;
+    for (const Holder& holder : playback_.plan().solution.holders) {
+      const std::string& name = holder.arm.robot;
+      if (std::find(order.begin(), order.end(), name) == order.end()) order.push_back(name);
+      if (name == robot) return kHolders[(order.size() - 1) % kHolders.size()];
+    }
+    return kIdle;
+  }
+
+  static void addMark(const Mark& mark, std::vector<Mark>& marks) {
+    const auto* compound = std::get_if<CompoundGeometry>(&mark.shape.geometry);
+    if (compound == nullptr) {
+      marks.push_back(mark);
+      return;
+    }
+    for (const GeometryPart& part : compound->parts) {
+      const Shape shape{mark.shape.X_LS * toPose(part.X_OS), part.geometry};
+      addMark({mark.body, shape, mark.colour, mark.urdf}, marks);
+    }
+  }
+
+  void addMarkers() {
+    const std::vector<Mark> all = marks();
+    Cdr message;
+    message.count(all.size());
+    for (std::size_t id = 0; id < all.size(); ++id) addMarker(all[id], id, message);
     file_.addMessage(markers_, 0, message);
   }
 
-  std::array<float, 4> colourOf(const verify::SceneBody& body) const {
-    if (body.object >= 0 && body.object == scene_.object) return {0.25f, 0.64f, 0.30f, 1.0f};
-    if (body.object >= 0) return {0.85f, 0.81f, 0.75f, 1.0f};
-    if (body.robot == scene_.giver.robot) return {0.85f, 0.60f, 0.37f, 1.0f};
-    if (body.robot == scene_.receiver.robot) return {0.50f, 0.65f, 0.81f, 1.0f};
-    return {0.72f, 0.75f, 0.78f, 1.0f};
+  void addMarker(const Mark& mark, std::size_t id, Cdr& message) const {
+    constexpr std::int32_t kAdd = 0;
+    const auto [type, scale] = typeOf(mark.shape.geometry);
+    message.header(0, mark.body).text(mark.body).add(static_cast<std::int32_t>(id));
+    message.add(type).add(kAdd).pose(mark.shape.X_LS).point(scale);
+    for (const float channel : mark.colour) message.add(channel);
+    message.add(std::int32_t{0}).add(std::uint32_t{0}).add(std::uint8_t{1});  // for good, locked
+    const auto corners = cornersOf(mark);
+    message.count(corners.size());
+    for (const Eigen::Vector3d& corner : corners) message.point(corner);
+    message.count(0).text("").header(0, "").text("").count(0).count(0);  // no colours, no texture
+    message.text("").text("").text("").count(0).add(std::uint8_t{0});    // no text, no mesh
   }
 
-  const verify::Motion& motion_;
-  const verify::Scene& scene_;
+  static std::pair<std::int32_t, Eigen::Vector3d> typeOf(const Geometry& geometry) {
+    constexpr std::int32_t kCube = 1, kSphere = 2, kCylinder = 3, kTriangleList = 11;
+    if (const auto* box = std::get_if<BoxGeometry>(&geometry)) {
+      return {kCube, Eigen::Vector3d(box->size.data())};
+    }
+    if (const auto* sphere = std::get_if<SphereGeometry>(&geometry)) {
+      return {kSphere, Eigen::Vector3d::Constant(2 * sphere->radius)};
+    }
+    if (const auto* cylinder = std::get_if<CylinderGeometry>(&geometry)) {
+      return {kCylinder, {2 * cylinder->radius, 2 * cylinder->radius, cylinder->length}};
+    }
+    return {kTriangleList, Eigen::Vector3d::Ones()};
+  }
+
+  /// Of a mesh's triangles; none for other shapes.
+  std::vector<Eigen::Vector3d> cornersOf(const Mark& mark) const {
+    const auto* mesh = std::get_if<MeshGeometry>(&mark.shape.geometry);
+    if (mesh == nullptr) return {};
+    const std::optional<std::string> path =
+        mark.urdf.empty() ? mesh->path : files_.findMesh(mesh->path, mark.urdf);
+    if (!path) throw client::PlanFileError(mark.urdf, "mesh \"" + mesh->path + "\" not found");
+    auto corners = meshTriangles(files_.pathOf(*path));
+    const Eigen::Vector3d scale(mesh->scale.data());
+    for (Eigen::Vector3d& corner : corners) corner = corner.cwiseProduct(scale);
+    return corners;
+  }
+
+  const Playback& playback_;
+  const RootFiles& files_;
   McapFile file_;
   std::vector<std::uint16_t> joints_;
   std::uint16_t tf_ = 0, markers_ = 0, stage_ = 0;
@@ -316,6 +386,9 @@ class Recorder {
 
 }  // namespace
 
-std::string planMcap(const verify::Motion& motion) { return Recorder(motion).record(); }
+std::string planMcap(const std::string& plan_text, const std::filesystem::path& root) {
+  const RootFiles files(root);
+  return Recorder(Playback(client::parsePlanFile(plan_text), files), files).record();
+}
 
 }  // namespace handover::view

@@ -1,36 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/page.hpp"
 
-#include "verify/input_file.hpp"
-#include "verify/plan_file.hpp"
-#include "verify/unreadable.hpp"
+#include "view/page_templates.hpp"
+#include "view/root_files.hpp"
+
+#include <handover/client/plan_file.hpp>
 
 #include <nlohmann/json.hpp>
 #include <openssl/evp.h>
 #include <tinyxml2.h>
 
+#include <algorithm>
+#include <cctype>
+#include <optional>
+#include <stdexcept>
 #include <string_view>
-
-// The pages without their data, as the bundler made them.
-extern const char kViewerPage[], kViewerPageEnd[], kReportPage[], kReportPageEnd[];
-asm(".section .rodata\n"
-    ".global kViewerPage, kViewerPageEnd, kReportPage, kReportPageEnd\n"
-    "kViewerPage: .incbin \"" HANDOVER_PAGES
-    "/viewer.html\"\n"
-    "kViewerPageEnd: .byte 0\n"
-    "kReportPage: .incbin \"" HANDOVER_PAGES
-    "/report.html\"\n"
-    "kReportPageEnd: .byte 0\n"
-    ".previous\n");
 
 namespace handover::view {
 namespace {
 
 namespace fs = std::filesystem;
+using client::PlanFileError;
 using Json = nlohmann::json;
-using verify::Unreadable;
-
-constexpr std::uint64_t kMaxFileBytes = 64u << 20;
 
 std::string base64(const std::string& bytes) {
   std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');
@@ -41,26 +32,38 @@ std::string base64(const std::string& bytes) {
   return text;
 }
 
+std::string kindOf(const std::string& path) {
+  std::string kind = fs::path(path).extension().string();
+  std::transform(kind.begin(), kind.end(), kind.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return kind;
+}
+
+bool isDrawn(const std::string& path) {
+  const std::string kind = kindOf(path);
+  return kind == ".obj" || kind == ".stl" || kind == ".dae";
+}
+
 /// What the page needs of files: their content by path, and the mesh names of each URDF.
 class PageFiles {
  public:
   explicit PageFiles(const fs::path& root) : root_(root) {}
 
   void addRobot(const std::string& urdf) {
-    add(urdf, root_ / urdf);
+    add(urdf);
     tinyxml2::XMLDocument document;
     const std::string text = files_[urdf]["text"];
     if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-      throw Unreadable(urdf, document.ErrorStr());
+      throw PlanFileError(urdf, document.ErrorStr());
     }
     meshes_[urdf] = Json::object();
     if (document.RootElement() != nullptr) addMeshes(*document.RootElement(), urdf);
   }
 
-  void addGeometry(const verify::Geometry& geometry) {
-    if (const auto* mesh = std::get_if<verify::MeshFile>(&geometry)) {
-      add(mesh->path, root_ / mesh->path);
-    } else if (const auto* compound = std::get_if<verify::Compound>(&geometry)) {
+  void addGeometry(const Geometry& geometry) {
+    if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) {
+      add(mesh->path);
+    } else if (const auto* compound = std::get_if<CompoundGeometry>(&geometry)) {
       for (const auto& part : compound->parts) addGeometry(part.geometry);
     }
   }
@@ -70,31 +73,46 @@ class PageFiles {
   Json meshes() { return std::move(meshes_); }
 
  private:
-  void add(const std::string& key, const fs::path& file) {
-    if (files_.contains(key)) return;
-    const std::string content = verify::readFile(file, kMaxFileBytes);
-    const bool binary = file.extension() == ".stl" || file.extension() == ".STL";
-    files_[key] = binary ? Json{{"base64", base64(content)}} : Json{{"text", content}};
+  void add(const std::string& path) {
+    if (files_.contains(path)) return;
+    const std::string content = root_.read(path);
+    files_[path] =
+        kindOf(path) == ".stl" ? Json{{"base64", base64(content)}} : Json{{"text", content}};
   }
 
-  void addMeshes(const tinyxml2::XMLElement& element, const std::string& urdf) {
-    const char* name = element.Attribute("filename");
-    if (std::string_view(element.Name()) == "mesh" && name != nullptr) {
-      const fs::path file = verify::resolveUrdfMesh(name, root_ / urdf, root_);
-      const std::string key = file.lexically_normal().lexically_relative(root_).string();
-      add(key, file);
-      meshes_[urdf][name] = key;
+  /// A picture that is not there, or of a kind that the page cannot draw, is left out: the page
+  /// shows the link's collision shapes instead.
+  void addMesh(const std::string& name, const std::string& urdf, bool picture) {
+    const std::optional<std::string> path = root_.findMesh(name, urdf);
+    if (path && isDrawn(*path)) {
+      add(*path);
+      meshes_[urdf][name] = *path;
+    } else if (!picture) {
+      throw PlanFileError(urdf,
+                          "mesh \"" + name + "\" " + (path ? "cannot be drawn" : "not found"));
     }
+  }
+
+  void addMeshes(const tinyxml2::XMLElement& element, const std::string& urdf,
+                 bool picture = false) {
+    const std::string_view tag = element.Name();
+    const char* name = element.Attribute("filename");
+    if (tag == "mesh" && name != nullptr) addMesh(name, urdf, picture);
     for (auto* child = element.FirstChildElement(); child != nullptr;
          child = child->NextSiblingElement()) {
-      addMeshes(*child, urdf);
+      addMeshes(*child, urdf, picture || tag == "visual");
     }
   }
 
-  const fs::path root_;
+  const RootFiles root_;
   Json files_ = Json::object();
   Json meshes_ = Json::object();
 };
+
+/// Files need not be UTF-8: what is not becomes U+FFFD.
+std::string textOf(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
 
 /// JSON that may stand inside a script element.
 std::string embeddable(const std::string& json) {
@@ -110,8 +128,13 @@ std::string embeddable(const std::string& json) {
   return text;
 }
 
-std::string filled(const char* page_begin, const char* page_end, const std::string& json) {
-  const std::string_view page(page_begin, static_cast<std::size_t>(page_end - page_begin));
+PageTemplates templates() {
+  const auto found = pageTemplates();
+  if (!found) throw std::logic_error(kNoPages);
+  return *found;
+}
+
+std::string filled(std::string_view page, const std::string& json) {
   const std::string_view marker = "@DATA@";
   const std::size_t at = page.rfind(marker);
   return std::string(page.substr(0, at)) + embeddable(json) +
@@ -120,19 +143,18 @@ std::string filled(const char* page_begin, const char* page_end, const std::stri
 
 }  // namespace
 
+bool hasPages() { return pageTemplates().has_value(); }
+
 std::string planPage(const std::string& plan_text, const fs::path& root) {
-  const verify::Plan plan = verify::parsePlan(plan_text);
+  const client::PlanFile file = client::parsePlanFile(plan_text);
+  if (!file.scene) throw PlanFileError("/scene", "is null: there is nothing to show");
   PageFiles files(root);
-  for (const auto& robot : plan.robots) files.addRobot(robot.urdf);
-  for (const auto& object : plan.objects) files.addGeometry(object.geometry);
-
-  return filled(kViewerPage, kViewerPageEnd,
-                "{\"files\":" + files.files().dump() + ",\"meshes\":" + files.meshes().dump() +
-                    ",\"plan\":" + plan_text + "}");
+  for (const RobotSnapshot& robot : file.scene->robots) files.addRobot(robot.urdf);
+  for (const ObjectSnapshot& object : file.scene->objects) files.addGeometry(object.geometry);
+  return filled(templates().plan, "{\"files\":" + textOf(files.files()) + ",\"meshes\":" +
+                                      textOf(files.meshes()) + ",\"file\":" + plan_text + "}");
 }
 
-std::string experimentPage(const std::string& data) {
-  return filled(kReportPage, kReportPageEnd, data);
-}
+std::string experimentPage(const std::string& data) { return filled(templates().experiment, data); }
 
 }  // namespace handover::view

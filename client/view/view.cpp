@@ -1,39 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/view.hpp"
 
-#include "verify/checks.hpp"
-#include "verify/root.hpp"
-#include "verify/unreadable.hpp"
 #include "view/mcap.hpp"
 #include "view/page.hpp"
+#include "view/root_files.hpp"
+
+#include <handover/client/plan_file.hpp>
 
 namespace handover::view {
-namespace {
 
 namespace fs = std::filesystem;
 
-std::string recordingOf(const std::string& plan_text, const fs::path& root) {
-  verify::Report report;
-  const verify::Scene scene = verify::loadScene(verify::parsePlan(plan_text), root, report);
-  if (!verify::checkStructure(scene, report)) {
-    throw verify::Unreadable("/plan/stages", report.violations.back().what);
-  }
-  return planMcap(verify::Motion(scene));
-}
+bool isPage(const fs::path& output) { return output.extension() == ".html"; }
 
-}  // namespace
-
-bool knowsFormat(const fs::path& output) {
-  return output.extension() == ".html" || output.extension() == ".mcap";
-}
+bool knowsFormat(const fs::path& output) { return isPage(output) || output.extension() == ".mcap"; }
 
 std::string planView(const std::string& plan_text, const fs::path& output, const fs::path& root) {
-  const fs::path folder = root.empty() ? verify::defaultRoot() : root;
+  const fs::path folder = root.empty() ? defaultRoot() : root;
   if (folder.empty()) {
-    throw verify::Unreadable("--root", "neither an installed share nor the repository found");
+    throw client::PlanFileError("--root", "neither an installed share nor the repository found");
   }
-  return output.extension() == ".mcap" ? recordingOf(plan_text, folder)
-                                       : planPage(plan_text, folder);
+  return isPage(output) ? planPage(plan_text, folder) : planMcap(plan_text, folder);
 }
 
 }  // namespace handover::view

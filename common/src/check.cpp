@@ -84,11 +84,74 @@ class Checker {
     });
   }
 
-  void rejects(const std::string& field, const std::vector<RejectCount>& items) {
-    list(field, items, bounds::kPairs, [this](const auto& at, const RejectCount& item) {
-      name(at + ".cause", item.cause);
+  /// A fault unless it is an enumerator with a name.
+  template <typename Enum>
+  void enumerator(const std::string& field, Enum value, const char* what) {
+    if (!known(value) || value == Enum{}) fault(field, std::string("unknown ") + what);
+  }
+
+  void hexDigits(const std::string& field, const std::string& value) {
+    name(field, value);
+    if (value.find_first_not_of("0123456789abcdef") != std::string::npos) {
+      fault(field, "is not in hex digits");
+    }
+  }
+
+  void sha256(const std::string& field, const std::string& value) {
+    hexDigits(field, value);
+    if (!value.empty() && value.size() != 64) fault(field, "must have 64 hex digits");
+  }
+
+  void range(const std::string& field, double value, double least, double most,
+             const char* message) {
+    if (!(value >= least && value <= most)) fault(field, message);
+  }
+
+  void slack(const std::string& field, double value) {
+    range(field, value, 0, bounds::kSlack, "must be in [0, 10]");
+  }
+
+  void vector(const std::string& field, const std::array<double, 3>& v) {
+    for (const double c : v) finite(field, c);
+  }
+
+  void direction(const std::string& field, const std::array<double, 3>& v) {
+    vector(field, v);
+    if (v == std::array<double, 3>{}) fault(field, "is zero");
+  }
+
+  void arm(const std::string& field, const ArmName& item) {
+    name(field + ".robot", item.robot);
+    name(field + ".arm", item.arm);
+  }
+
+  void holder(const std::string& field, std::uint32_t place) {
+    if (place >= bounds::kHolders) fault(field, "is no place in a chain");
+  }
+
+  void stage(const std::string& field, std::uint32_t index) {
+    if (index >= bounds::kStages) fault(field, "is no place in a plan");
+  }
+
+  void stageRef(const std::string& field, const StageRef& ref) {
+    holder(field + ".holder", ref.holder);
+    enumerator(field + ".action", ref.action, "action");
+  }
+
+  void causes(const std::string& field, const std::vector<CauseCount>& items) {
+    list(field, items, bounds::kPairs, [this](const auto& at, const CauseCount& item) {
+      enumerator(at + ".cause", item.cause, "cause");
       name(at + ".pair", item.pair.first);
       name(at + ".pair", item.pair.second);
+      if (item.stage) stageRef(at + ".stage", *item.stage);
+    });
+  }
+
+  void namedNumbers(const std::string& field,
+                    const std::vector<std::pair<std::string, double>>& items, std::size_t most) {
+    list(field, items, most, [this](const auto& at, const auto& item) {
+      name(at, item.first);
+      finite(at, item.second);
     });
   }
 
@@ -120,22 +183,29 @@ void checkGeometry(Checker& c, const std::string& field, const Geometry& geometr
   }
 }
 
+void checkLimits(Checker& c, const std::string& at, const JointLimits& limits) {
+  if (limits.lower.has_value() != limits.upper.has_value()) {
+    c.fault(at, "has only one of lower and upper");
+  }
+  for (const double v : {limits.lower.value_or(0), limits.upper.value_or(0), limits.velocity,
+                         limits.acceleration, limits.jerk}) {
+    c.finite(at, v);
+  }
+}
+
 void checkRobot(Checker& c, const std::string& field, const RobotSnapshot& robot) {
   c.required(field + ".name", robot.name);
   c.text(field + ".urdf", robot.urdf, bounds::kPath);
   c.text(field + ".srdf", robot.srdf, bounds::kPath);
-  c.name(field + ".urdf_sha256", robot.urdf_sha256);
+  c.text(field + ".yaml", robot.yaml, bounds::kPath);
+  c.sha256(field + ".urdf_sha256", robot.urdf_sha256);
+  c.sha256(field + ".yaml_sha256", robot.yaml_sha256);
   c.pose(field + ".X_WB", robot.X_WB);
-  c.list(field + ".q_start", robot.q_start, bounds::kJoints,
-         [&c](const std::string& at, const auto& item) {
-           c.name(at, item.first);
-           c.finite(at, item.second);
-         });
+  c.namedNumbers(field + ".q_start", robot.q_start, bounds::kJoints);
   c.list(field + ".limits", robot.limits, bounds::kJoints,
          [&c](const std::string& at, const auto& item) {
            c.name(at, item.first);
-           const JointLimits& l = item.second;
-           for (const double v : {l.lower, l.upper, l.velocity, l.acceleration}) c.finite(at, v);
+           checkLimits(c, at, item.second);
          });
   c.pairs(field + ".resting", robot.resting);
 }
@@ -153,45 +223,61 @@ void checkObject(Checker& c, const std::string& field, const ObjectSnapshot& obj
   c.names(field + ".resting", object.resting, bounds::kObjects);
 }
 
-void checkPayload(Checker&, const Accepted&) {}
+void checkRest(Checker& c, const std::string& field, const RestSnapshot& rest) {
+  c.names(field, rest.objects, bounds::kObjects);
+  if (rest.none && !rest.objects.empty()) c.fault(field, "lists objects beside none");
+}
+
+void checkPayload(Checker& c, const Accepted& accepted) {
+  c.name("accepted.program_version", accepted.program_version);
+  c.hexDigits("accepted.scene_hash", accepted.scene_hash);
+}
 
 void checkPayload(Checker& c, const SceneSnapshot& scene) {
   c.required("scene.cell", scene.cell);
   c.name("scene.task", scene.task);
-  c.name("scene.scene_hash", scene.scene_hash);
+  c.hexDigits("scene.scene_hash", scene.scene_hash);
   c.name("scene.object", scene.object);
-  c.name("scene.giver", scene.giver);
-  c.name("scene.receiver", scene.receiver);
-  c.pose("scene.X_WO_start", scene.X_WO_start);
-  c.pose("scene.X_WO_goal", scene.X_WO_goal);
   c.list("scene.robots", scene.robots, bounds::kRobots,
          [&c](const auto& at, const auto& item) { checkRobot(c, at, item); });
   c.list("scene.objects", scene.objects, bounds::kObjects,
          [&c](const auto& at, const auto& item) { checkObject(c, at, item); });
+  c.pose("scene.start.X_WO", scene.start.X_WO);
+  if (scene.start.held_by) c.arm("scene.start.held_by", *scene.start.held_by);
+  checkRest(c, "scene.start.rest", scene.start.rest);
+  c.pose("scene.goal.X_WO", scene.goal.X_WO);
+  c.enumerator("scene.goal.end", scene.goal.end, "end");
+  checkRest(c, "scene.goal.rest", scene.goal.rest);
+  if (!scene.upright) return;
+  c.direction("scene.upright.axis", scene.upright->axis);
+  c.range("scene.upright.within_deg", scene.upright->within_deg, 0, 180, "must be in [0, 180]");
 }
 
 void checkPayload(Checker& c, const ArmSelected& arms) {
-  c.name("arm_selected.giver_arm", arms.giver_arm);
-  c.name("arm_selected.receiver_arm", arms.receiver_arm);
-  c.list("arm_selected.scores", arms.scores, bounds::kObjects,
+  c.list("arm_selected.holders", arms.holders, bounds::kHolders,
+         [&c](const auto& at, const ArmName& item) { c.arm(at, item); });
+  c.list("arm_selected.scores", arms.scores, bounds::kScores,
          [&c](const auto& at, const ArmScore& item) {
-           c.name(at + ".robot", item.robot);
-           c.name(at + ".arm", item.arm);
+           c.arm(at, item.arm);
+           c.holder(at + ".holder", item.holder);
            c.finite(at + ".manipulability", item.manipulability);
-           c.text(at + ".rejected", item.rejected, bounds::kText);
+           if (!known(item.rejected)) c.fault(at + ".rejected", "unknown cause");
+           c.name(at + ".object", item.object);
          });
 }
 
 void checkPayload(Checker& c, const GraspsPruned& pruned) {
-  c.name("grasps_pruned.robot", pruned.robot);
-  c.name("grasps_pruned.arm", pruned.arm);
-  c.rejects("grasps_pruned.rejects", pruned.rejects);
+  c.arm("grasps_pruned.arm", pruned.arm);
+  c.holder("grasps_pruned.holder", pruned.holder);
+  c.enumerator("grasps_pruned.place", pruned.place, "place");
+  c.causes("grasps_pruned.causes", pruned.causes);
 }
 
 void checkPayload(Checker& c, const HandoverCandidates& candidates) {
-  c.name("handover_candidates.giver_arm", candidates.giver_arm);
-  c.name("handover_candidates.receiver_arm", candidates.receiver_arm);
-  c.rejects("handover_candidates.rejects", candidates.rejects);
+  c.holder("handover_candidates.handover", candidates.handover);
+  c.arm("handover_candidates.giver", candidates.giver);
+  c.arm("handover_candidates.receiver", candidates.receiver);
+  c.causes("handover_candidates.causes", candidates.causes);
   // Hundreds of cells in most answers: no text for each.
   const std::string lattice = "handover_candidates.lattice";
   if (!c.count(lattice, candidates.lattice.size(), bounds::kLattice)) return;
@@ -204,31 +290,88 @@ void checkPayload(Checker& c, const HandoverCandidates& candidates) {
   }
 }
 
+void checkHolder(Checker& c, const std::string& at, const Holder& holder) {
+  c.arm(at, holder.arm);
+  c.name(at + ".tool_link", holder.tool_link);
+  if (const auto* hand = std::get_if<FingerGripper>(&holder.gripper)) {
+    c.name(at + ".hand.palm", hand->palm_link);
+    c.names(at + ".hand.fingers", hand->finger_links, bounds::kJoints);
+  } else if (const auto* cup = std::get_if<SuctionGripper>(&holder.gripper)) {
+    c.name(at + ".hand.cup_link", cup->cup_link);
+    c.direction(at + ".hand.axis", cup->axis);
+    c.finite(at + ".hand.radius", cup->radius);
+  }
+  c.pose(at + ".X_OT", holder.X_OT);
+  c.finite(at + ".dexterity.take", holder.dexterity.take);
+  c.finite(at + ".dexterity.give", holder.dexterity.give);
+}
+
+void checkQuality(Checker& c, const std::string& at, const Quality& quality) {
+  c.namedNumbers(at + ".idle_s", quality.idle_s, bounds::kRobots);
+  c.list(at + ".clearance", quality.clearance, bounds::kQualities,
+         [&c](const auto& field, const ClearanceQuality& item) {
+           static constexpr std::string_view kBetween[] = {"furniture", "robots", "object"};
+           if (std::find(std::begin(kBetween), std::end(kBetween), item.between) ==
+               std::end(kBetween)) {
+             c.fault(field + ".between", "is none of furniture, robots, object");
+           }
+           c.finite(field + ".least_m", item.least_m);
+           c.stage(field + ".stage", item.stage);
+           c.name(field + ".pair", item.pair.first);
+           c.name(field + ".pair", item.pair.second);
+         });
+  c.list(at + ".grip", quality.grip, bounds::kHolders,
+         [&c](const auto& field, const GripQuality& item) {
+           c.holder(field + ".holder", item.holder);
+           c.finite(field, item.quality);
+           c.finite(field, item.of_best);
+         });
+  c.namedNumbers(at + ".terms", quality.terms, bounds::kQualities);
+  for (const double v : {quality.duration_s, quality.bound_s, quality.object_s, quality.tilt_deg,
+                         quality.object_turn_deg[0], quality.object_turn_deg[1],
+                         quality.limit_margin, quality.jerk_share, quality.cost}) {
+    c.finite(at, v);
+  }
+}
+
 void checkPayload(Checker& c, const Solution& solution) {
-  for (const auto* text : {&solution.giver_arm, &solution.receiver_arm, &solution.giver_tool_link,
-                           &solution.receiver_tool_link}) {
-    c.name("solution", *text);
+  const std::string at = "solution";
+  if (solution.holders.empty()) c.fault(at + ".holders", "is missing");
+  c.list(at + ".holders", solution.holders, bounds::kHolders,
+         [&c](const auto& field, const Holder& item) { checkHolder(c, field, item); });
+  c.list(at + ".X_WO_handovers", solution.X_WO_handovers, bounds::kHolders,
+         [&c](const auto& field, const PoseValue& item) { c.pose(field, item); });
+  if (solution.X_WO_handovers.size() + 1 != solution.holders.size()) {
+    c.fault(at + ".X_WO_handovers", "must have one entry fewer than holders");
   }
-  c.pose("solution.X_WO_handover", solution.X_WO_handover);
-  c.pose("solution.X_OT_giver", solution.X_OT_giver);
-  c.pose("solution.X_OT_receiver", solution.X_OT_receiver);
-  const Dexterity& d = solution.dexterity;
-  for (const double v : {d.receiver_place, d.receiver_handover, d.giver_pick, d.giver_handover}) {
-    c.finite("solution.dexterity", v);
+  if (solution.stage_count < 1 || solution.stage_count > bounds::kStages) {
+    c.fault(at + ".stage_count", "must be from 1 to 128");
   }
+  c.slack(at + ".slack_s", solution.slack_s);
+  c.finite(at + ".cost", solution.cost);
+  if (solution.quality) checkQuality(c, at + ".quality", *solution.quality);
+}
+
+void checkTimes(Checker& c, const std::string& field, const std::vector<double>& t) {
+  c.numbers(field, t);
+  const bool rises = t.size() >= 2 && t[0] == 0 &&
+                     std::adjacent_find(t.begin(), t.end(),
+                                        [](double a, double b) { return !(a < b); }) == t.end();
+  if (!rises) c.fault(field, "must rise strictly from 0, with two entries or more");
 }
 
 void checkPayload(Checker& c, const StageTrajectory& stage) {
   const std::string at = "trajectory";
-  const int kind = static_cast<int>(stage.kind);
-  if (kind < 1 || kind > kStageCount) c.fault(at + ".kind", "is not a stage");
+  c.stage(at + ".index", stage.index);
+  c.holder(at + ".holder", stage.holder);
+  c.enumerator(at + ".action", stage.action, "action");
   c.required(at + ".robot", stage.robot);
   c.names(at + ".joints", stage.joints, bounds::kJoints);
   c.finite(at + ".start", stage.start);
   if (!c.count(at + ".t", stage.t.size(), bounds::kSamples)) return;
-  c.numbers(at + ".t", stage.t);
+  checkTimes(c, at + ".t", stage.t);
   const auto rows = [&](const std::string& field, const std::vector<std::vector<double>>& values) {
-    if (values.size() != stage.t.size()) c.fault(field, "has another length than t");
+    if (values.size() != stage.t.size()) c.fault(field, "length differs from t");
     for (const auto& row : values) {
       if (row.size() != stage.joints.size()) {
         c.fault(field, "has a row that does not fit the joints");
@@ -239,6 +382,7 @@ void checkPayload(Checker& c, const StageTrajectory& stage) {
   };
   rows(at + ".q", stage.q);
   rows(at + ".qd", stage.qd);
+  rows(at + ".qdd", stage.qdd);
   c.list(at + ".holding", stage.holding, bounds::kObjects,
          [&c](const std::string& field, const Hold& hold) {
            c.name(field, hold.object);
@@ -247,32 +391,80 @@ void checkPayload(Checker& c, const StageTrajectory& stage) {
            c.pose(field + ".X_LO", hold.X_LO);
          });
   c.pairs(at + ".may_touch", stage.may_touch);
+  c.list(at + ".after", stage.after, bounds::kStages,
+         [&c](const std::string& field, const StageProgress& item) {
+           c.stage(field, item.stage);
+           if (!std::isfinite(item.progress) || item.progress < 0) {
+             c.fault(field, "must be finite and 0 or more");
+           }
+         });
+}
+
+void checkPayload(Checker& c, const Note& note) {
+  c.required("note.code", note.code);
+  c.text("note.text", note.text, bounds::kText);
+}
+
+void checkExplanation(Checker& c, const std::string& at, const Explanation& why) {
+  c.name(at + ".filter", why.filter);
+  c.text(at + ".text", why.text, bounds::kText);
+  c.text(at + ".fix_text", why.fix_text, bounds::kText);
+  c.causes(at + ".causes", why.causes);
+  c.overrides(at + ".nearest_fix", why.nearest_fix);
+  if (!why.farthest) return;
+  c.pose(at + ".farthest.X_WO", why.farthest->X_WO);
+  c.list(at + ".farthest.tools", why.farthest->tools, bounds::kHolders,
+         [&c](const auto& field, const FarthestTool& item) {
+           c.arm(field, item.arm);
+           c.pose(field + ".X_WT", item.X_WT);
+         });
+  c.stageRef(at + ".farthest.stage", why.farthest->stage);
+}
+
+void checkPayload(Checker& c, const Failure& failure) {
+  c.enumerator("failure.reason", failure.reason, "failure reason");
+  checkExplanation(c, "failure.explanation", failure.explanation);
+}
+
+void checkPayload(Checker& c, const Fix& fix) {
+  c.overrides("fix.overrides", fix.overrides);
+  c.text("fix.text", fix.text, bounds::kText);
+}
+
+void checkOutcome(Checker&, const Done&) {}
+
+void checkOutcome(Checker& c, const Failed& failed) {
+  c.enumerator("outcome.reason", failed.reason, "failure reason");
+  checkExplanation(c, "outcome.explanation", failed.explanation);
+}
+
+void checkOutcome(Checker& c, const Cancelled& cancelled) {
+  c.enumerator("outcome.cause", cancelled.cause, "cause of a cancel");
+}
+
+void checkOutcome(Checker& c, const Rejected& rejected) {
+  c.enumerator("outcome.reason", rejected.reason, "rejection reason");
+  c.list("outcome.faults", rejected.faults, bounds::kFaults,
+         [&c](const std::string& at, const Fault& item) {
+           c.text(at + ".field", item.field, bounds::kOverridePath);
+           c.text(at + ".message", item.message, bounds::kText);
+         });
 }
 
 void checkPayload(Checker& c, const Outcome& outcome) {
-  if (const auto* failed = std::get_if<Failed>(&outcome)) {
-    const int reason = static_cast<int>(failed->reason);
-    if (reason < 1 || reason > static_cast<int>(FailureReason::kInternal)) {
-      c.fault("outcome.reason", "is not a reason");
+  std::visit([&c](const auto& value) { checkOutcome(c, value); }, outcome);
+}
+
+void checkChain(Checker& c, const std::vector<std::string>& chain) {
+  if (chain == std::vector<std::string>{kAutoChain}) return;
+  c.list("chain", chain, bounds::kHolders, [&c](const auto& at, const std::string& item) {
+    c.name(at, item);
+    if (item == kAutoChain) {
+      c.fault(at, "auto must stand alone");
+    } else if (!holderOf(item)) {
+      c.fault(at, "must be ROBOT or ROBOT/ARM");
     }
-    c.name("outcome.explanation.filter", failed->explanation.filter);
-    c.text("outcome.explanation.text", failed->explanation.text, bounds::kText);
-    c.text("outcome.explanation.fix_text", failed->explanation.fix_text, bounds::kText);
-    c.rejects("outcome.explanation.causes", failed->explanation.causes);
-    c.overrides("outcome.explanation.nearest_fix", failed->explanation.nearest_fix);
-  } else if (const auto* rejected = std::get_if<Rejected>(&outcome)) {
-    static constexpr std::string_view kReasons[] = {"bad_request", "unknown_cell", "busy",
-                                                    "scene_changed"};
-    if (std::find(std::begin(kReasons), std::end(kReasons), rejected->reason) ==
-        std::end(kReasons)) {
-      c.fault("outcome.reason", "is not a reason");
-    }
-    c.list("outcome.faults", rejected->faults, bounds::kFaults,
-           [&c](const std::string& at, const Fault& item) {
-             c.text(at + ".field", item.field, bounds::kOverridePath);
-             c.text(at + ".message", item.message, bounds::kText);
-           });
-  }
+  });
 }
 
 void checkVariation(Checker& c, const std::string& at, const Variation& variation) {
@@ -284,7 +476,7 @@ void checkVariation(Checker& c, const std::string& at, const Variation& variatio
   c.numbers(at + ".from", variation.from);
   c.numbers(at + ".to", variation.to);
   if (variation.from.size() != variation.to.size()) {
-    c.fault(at + ".to", "has another length than from");
+    c.fault(at + ".to", "length differs from the other end's");
   }
   if (variation.from.empty() == variation.choices.empty()) {
     c.fault(at, "must have either a range or choices");
@@ -303,27 +495,30 @@ bool validClientId(std::string_view text) {
   });
 }
 
+std::optional<ArmName> holderOf(std::string_view text) {
+  const auto slash = text.find('/');
+  const std::string_view robot = text.substr(0, slash);
+  if (robot.empty()) return std::nullopt;
+  if (slash == std::string_view::npos) return ArmName{std::string(robot), ""};
+  const std::string_view arm = text.substr(slash + 1);
+  if (arm.empty() || arm.find('/') != std::string_view::npos) return std::nullopt;
+  return ArmName{std::string(robot), std::string(arm)};
+}
+
 std::vector<Fault> check(const PlanRequest& request) {
   Checker c;
   if (request.id == RequestId{}) c.fault("request_id", "is missing");
   if (!validClientId(request.client_id)) c.fault("client_id", "must match [a-z0-9_-]{1,64}");
   c.required("cell", request.cell);
-  for (const auto& [field, value] :
-       {std::pair{"task", &request.task}, std::pair{"object_name", &request.object},
-        std::pair{"giver", &request.giver}, std::pair{"receiver", &request.receiver},
-        std::pair{"giver_arm", &request.giver_arm},
-        std::pair{"receiver_arm", &request.receiver_arm}}) {
-    c.name(field, *value);
-  }
+  c.name("task", request.task);
+  c.name("object", request.object);
   if (request.X_WO_goal) c.pose("X_WO_goal", *request.X_WO_goal);
+  checkChain(c, request.chain);
   c.overrides("overrides", request.overrides);
-  if (request.mode != SearchMode::kFirst && request.mode != SearchMode::kBest &&
-      request.mode != SearchMode::kAll) {
-    c.fault("mode", "is not a mode");
-  }
-  if (request.search != SearchWidth::kPaper && request.search != SearchWidth::kWide) {
-    c.fault("search", "is not a search");
-  }
+  c.hexDigits("expected_hash", request.expected_hash);
+  c.enumerator("mode", request.mode, "mode");
+  c.enumerator("search", request.search, "search");
+  if (!known(request.objective)) c.fault("objective", "unknown objective");
   if (request.deadline_s && !(std::isfinite(*request.deadline_s) && *request.deadline_s > 0)) {
     c.fault("deadline_s", "must be finite and above 0");
   }
@@ -332,26 +527,26 @@ std::vector<Fault> check(const PlanRequest& request) {
   } else if (request.speed_scale < bounds::kSlowest) {
     c.fault("speed_scale", "is below 0.001");
   }
+  c.slack("slack_s", request.slack_s);
   return std::move(c.faults);
 }
 
-std::vector<Fault> check(const PlanStage& stage) {
+std::vector<Fault> check(const PlanEvent& event) {
   Checker c;
-  c.finite("elapsed_s", stage.elapsed_s);
-  std::visit([&c](const auto& payload) { checkPayload(c, payload); }, stage.payload);
+  if (event.answer_id == AnswerId{}) c.fault("answer_id", "is missing");
+  c.finite("elapsed_s", event.elapsed_s);
+  std::visit([&c](const auto& payload) { checkPayload(c, payload); }, event.payload);
   return std::move(c.faults);
 }
 
 std::vector<Fault> check(const DaemonStatus& status) {
   Checker c;
   c.name("version", status.version);
-  const int state = static_cast<int>(status.state);
-  if (state < 1 || state > static_cast<int>(DaemonState::kStopping)) {
-    c.fault("state", "is not a state");
-  }
+  c.enumerator("state", status.state, "state");
   c.list("cells", status.cells, bounds::kCells, [&c](const std::string& at, const CellInfo& cell) {
     c.required(at + ".name", cell.name);
     c.names(at + ".tasks", cell.tasks, bounds::kCells);
+    c.hexDigits(at + ".scene_hash", cell.scene_hash);
     c.list(at + ".variations", cell.variations, bounds::kVariations,
            [&c](const auto& field, const Variation& item) { checkVariation(c, field, item); });
   });
@@ -377,20 +572,6 @@ bool serves(const DaemonStatus& daemon, std::string_view cell) {
 
 std::string placePath(const Variation& facing) {
   return facing.path.substr(0, facing.path.rfind('.') + 1) + "xyz";
-}
-
-const char* toString(DaemonState state) {
-  switch (state) {
-    case DaemonState::kUnspecified:
-      return "unspecified";
-    case DaemonState::kPreparing:
-      return "preparing";
-    case DaemonState::kReady:
-      return "ready";
-    case DaemonState::kStopping:
-      return "stopping";
-  }
-  return "unspecified";
 }
 
 }  // namespace handover

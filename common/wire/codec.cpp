@@ -8,20 +8,26 @@ namespace {
 
 using Faults = std::vector<Fault>;
 
-// Enumerations are numbered alike on both sides; the ends and one in the middle pin it down.
-static_assert(static_cast<int>(StageKind::kGiverReach) == msg::STAGE_GIVER_REACH);
-static_assert(static_cast<int>(StageKind::kReceiverGrasp) == msg::STAGE_RECEIVER_GRASP);
-static_assert(static_cast<int>(StageKind::kReceiverRetreat) == msg::STAGE_RECEIVER_RETREAT);
-static_assert(static_cast<int>(FailureReason::kStartUnreachable) == msg::REASON_START_UNREACHABLE);
-static_assert(static_cast<int>(FailureReason::kNoHandoverPose) == msg::REASON_NO_HANDOVER_POSE);
-static_assert(static_cast<int>(FailureReason::kInternal) == msg::REASON_INTERNAL);
-static_assert(static_cast<int>(DaemonState::kStopping) == msg::DAEMON_STOPPING);
+// Enumerations are numbered alike on both sides: the last one and their count pin it down.
+template <typename Enum, typename Wire>
+constexpr bool alike(Enum last, Wire wire_last) {
+  return static_cast<std::uint32_t>(last) == static_cast<std::uint32_t>(wire_last) &&
+         EnumNames<Enum>::value.size() == static_cast<std::size_t>(last) + 1;
+}
 
-constexpr std::pair<msg::RejectReason, const char*> kRejections[] = {
-    {msg::REJECT_BAD_REQUEST, "bad_request"},
-    {msg::REJECT_UNKNOWN_CELL, "unknown_cell"},
-    {msg::REJECT_BUSY, "busy"},
-    {msg::REJECT_SCENE_CHANGED, "scene_changed"}};
+static_assert(alike(SearchMode::kAll, msg::MODE_ALL));
+static_assert(alike(SearchWidth::kWide, msg::SEARCH_WIDE));
+static_assert(alike(Objective::kDexterity, msg::OBJECTIVE_DEXTERITY));
+static_assert(alike(TransportEnd::kHold, msg::END_HOLD));
+static_assert(alike(StageAction::kHome, msg::ACTION_HOME));
+static_assert(alike(Cause::kUnsupported, msg::CAUSE_UNSUPPORTED));
+static_assert(static_cast<std::uint32_t>(Cause::kNoIk) == msg::CAUSE_NO_IK);
+static_assert(alike(PruningPlace::kGoal, msg::PLACE_GOAL));
+static_assert(alike(FailureReason::kInternal, msg::REASON_INTERNAL));
+static_assert(static_cast<std::uint32_t>(FailureReason::kNoPath) == msg::REASON_NO_PATH);
+static_assert(alike(CancelCause::kDaemonStopping, msg::CANCEL_DAEMON_STOPPING));
+static_assert(alike(RejectionReason::kAlreadyAnswered, msg::REJECTION_ALREADY_ANSWERED));
+static_assert(alike(DaemonState::kStopping, msg::DAEMON_STOPPING));
 
 // Small parts.
 
@@ -76,16 +82,84 @@ msg::SceneOverride toWire(const Override& change) {
 
 Override fromWire(const msg::SceneOverride& change) { return {change.path(), change.yaml_value()}; }
 
-msg::RejectCount toWire(const RejectCount& reject) {
-  msg::RejectCount out;
-  out.cause(reject.cause);
-  out.pair(toWire(reject.pair));
-  out.hits(reject.count);
+msg::ArmName toWire(const ArmName& name) {
+  msg::ArmName out;
+  out.robot(name.robot);
+  out.arm(name.arm);
   return out;
 }
 
-RejectCount fromWire(const msg::RejectCount& reject) {
-  return {reject.cause(), fromWire(reject.pair()), reject.hits()};
+ArmName fromWire(const msg::ArmName& name) { return {name.robot(), name.arm()}; }
+
+msg::StageRef toWire(const StageRef& ref) {
+  msg::StageRef out;
+  out.holder(ref.holder);
+  out.action(static_cast<msg::StageAction>(ref.action));
+  return out;
+}
+
+StageRef fromWire(const msg::StageRef& ref) {
+  return {ref.holder(), static_cast<StageAction>(ref.action())};
+}
+
+msg::CauseCount toWire(const CauseCount& cause) {
+  msg::CauseCount out;
+  out.kind(static_cast<msg::CauseKind>(cause.cause));
+  out.pair(toWire(cause.pair));
+  out.has_stage(cause.stage.has_value());
+  out.stage(toWire(cause.stage.value_or(StageRef{})));
+  out.count(cause.count);
+  return out;
+}
+
+CauseCount fromWire(const msg::CauseCount& cause) {
+  CauseCount out{static_cast<Cause>(cause.kind()), fromWire(cause.pair()), {}, cause.count()};
+  if (cause.has_stage()) out.stage = fromWire(cause.stage());
+  return out;
+}
+
+msg::Hold toWire(const Hold& hold) {
+  msg::Hold out;
+  out.object_name(hold.object);
+  out.robot(hold.robot);
+  out.link(hold.link);
+  out.X_LO(toWire(hold.X_LO));
+  return out;
+}
+
+Hold fromWire(const msg::Hold& hold) {
+  return {hold.object_name(), hold.robot(), hold.link(), fromWire(hold.X_LO())};
+}
+
+msg::StageProgress toWire(const StageProgress& progress) {
+  msg::StageProgress out;
+  out.stage(progress.stage);
+  out.progress(progress.progress);
+  return out;
+}
+
+StageProgress fromWire(const msg::StageProgress& progress) {
+  return {progress.stage(), progress.progress()};
+}
+
+msg::Fault toWire(const Fault& fault) {
+  msg::Fault out;
+  out.field(fault.field);
+  out.message(fault.message);
+  return out;
+}
+
+Fault fromWire(const msg::Fault& fault) { return {fault.field(), fault.message()}; }
+
+msg::NamedValue toWire(const std::pair<std::string, double>& item) {
+  msg::NamedValue out;
+  out.name(item.first);
+  out.value(item.second);
+  return out;
+}
+
+std::pair<std::string, double> fromWire(const msg::NamedValue& item) {
+  return {item.name(), item.value()};
 }
 
 msg::LatticeCell toWire(const LatticeCell& cell) {
@@ -99,8 +173,8 @@ LatticeCell fromWire(const msg::LatticeCell& cell) {
   return {fromWire(cell.centre()), cell.score()};
 }
 
-msg::CellVariation toWire(const Variation& variation) {
-  msg::CellVariation out;
+msg::Variation toWire(const Variation& variation) {
+  msg::Variation out;
   out.path(variation.path);
   out.low(variation.from);
   out.high(variation.to);
@@ -113,7 +187,7 @@ msg::CellVariation toWire(const Variation& variation) {
   return out;
 }
 
-Variation fromWire(const msg::CellVariation& variation) {
+Variation fromWire(const msg::Variation& variation) {
   Variation out;
   out.path = variation.path();
   out.from = variation.low();
@@ -123,9 +197,19 @@ Variation fromWire(const msg::CellVariation& variation) {
   return out;
 }
 
-msg::RobotState toWire(const RobotSnapshot& robot);
-msg::ObjectState toWire(const ObjectSnapshot& object);
-RobotSnapshot fromWire(const msg::RobotState& robot);
+// Named before the templates that call them: the names are looked up there.
+msg::RobotSnapshot toWire(const RobotSnapshot& robot);
+msg::ObjectSnapshot toWire(const ObjectSnapshot& object);
+msg::Holder toWire(const Holder& holder);
+msg::ArmScore toWire(const ArmScore& score);
+msg::Clearance toWire(const ClearanceQuality& clearance);
+msg::Grip toWire(const GripQuality& grip);
+msg::FarthestTool toWire(const FarthestTool& tool);
+RobotSnapshot fromWire(const msg::RobotSnapshot& robot);
+ArmScore fromWire(const msg::ArmScore& score);
+ClearanceQuality fromWire(const msg::Clearance& clearance);
+GripQuality fromWire(const msg::Grip& grip);
+FarthestTool fromWire(const msg::FarthestTool& tool);
 
 template <typename Wire, typename Value>
 std::vector<Wire> allToWire(const std::vector<Value>& values) {
@@ -193,7 +277,7 @@ GeometryPart partFromWire(const msg::GeometryPart& part, const std::string& fiel
       out.geometry = MeshGeometry{part.mesh_path(), fromWire(part.mesh_scale())};
       break;
     default:
-      faults.push_back({field + ".kind", "is not a kind of geometry"});
+      faults.push_back({field + ".kind", "unknown kind of geometry"});
   }
   return out;
 }
@@ -217,50 +301,72 @@ Geometry geometryFromWire(const msg::Geometry& geometry, const std::string& fiel
   return partFromWire(geometry.parts().front(), field, faults).geometry;
 }
 
-msg::RobotState toWire(const RobotSnapshot& robot) {
-  msg::RobotState out;
+msg::JointLimits toWire(const std::string& joint, const JointLimits& limits) {
+  msg::JointLimits out;
+  out.joint(joint);
+  out.continuous(!limits.lower.has_value());
+  out.lower(limits.lower.value_or(0));
+  out.upper(limits.upper.value_or(0));
+  out.velocity(limits.velocity);
+  out.acceleration(limits.acceleration);
+  out.jerk(limits.jerk);
+  return out;
+}
+
+JointLimits fromWire(const msg::JointLimits& limits) {
+  JointLimits out;
+  if (limits.continuous()) {
+    out.lower = out.upper = std::nullopt;
+  } else {
+    out.lower = limits.lower();
+    out.upper = limits.upper();
+  }
+  out.velocity = limits.velocity();
+  out.acceleration = limits.acceleration();
+  out.jerk = limits.jerk();
+  return out;
+}
+
+msg::RobotSnapshot toWire(const RobotSnapshot& robot) {
+  msg::RobotSnapshot out;
   out.name(robot.name);
   out.urdf(robot.urdf);
-  out.urdf_sha256(robot.urdf_sha256);
   out.srdf(robot.srdf);
+  out.yaml(robot.yaml);
+  out.urdf_sha256(robot.urdf_sha256);
+  out.yaml_sha256(robot.yaml_sha256);
   out.X_WB(toWire(robot.X_WB));
   for (const auto& [joint, position] : robot.q_start) {
     auto& value = out.q_start().emplace_back();
     value.joint(joint);
     value.position(position);
   }
-  for (const auto& [joint, limits] : robot.limits) {
-    auto& limit = out.limits().emplace_back();
-    limit.joint(joint);
-    limit.lower(limits.lower);
-    limit.upper(limits.upper);
-    limit.velocity(limits.velocity);
-    limit.acceleration(limits.acceleration);
-  }
+  for (const auto& [joint, limits] : robot.limits) out.limits().push_back(toWire(joint, limits));
   out.resting(allToWire<msg::NamePair>(robot.resting));
   return out;
 }
 
-RobotSnapshot fromWire(const msg::RobotState& robot) {
+RobotSnapshot fromWire(const msg::RobotSnapshot& robot) {
   RobotSnapshot out;
   out.name = robot.name();
   out.urdf = robot.urdf();
-  out.urdf_sha256 = robot.urdf_sha256();
   out.srdf = robot.srdf();
+  out.yaml = robot.yaml();
+  out.urdf_sha256 = robot.urdf_sha256();
+  out.yaml_sha256 = robot.yaml_sha256();
   out.X_WB = fromWire(robot.X_WB());
   for (const auto& value : robot.q_start()) {
     out.q_start.emplace_back(value.joint(), value.position());
   }
-  for (const auto& limit : robot.limits()) {
-    out.limits.emplace_back(limit.joint(), JointLimits{limit.lower(), limit.upper(),
-                                                       limit.velocity(), limit.acceleration()});
+  for (const auto& limits : robot.limits()) {
+    out.limits.emplace_back(limits.joint(), fromWire(limits));
   }
   out.resting = allFromWire<NamePair>(robot.resting());
   return out;
 }
 
-msg::ObjectState toWire(const ObjectSnapshot& object) {
-  msg::ObjectState out;
+msg::ObjectSnapshot toWire(const ObjectSnapshot& object) {
+  msg::ObjectSnapshot out;
   out.name(object.name);
   out.shape(toWire(object.geometry));
   out.X_WO(toWire(object.X_WO));
@@ -274,7 +380,7 @@ msg::ObjectState toWire(const ObjectSnapshot& object) {
   return out;
 }
 
-ObjectSnapshot objectFromWire(const msg::ObjectState& object, Faults& faults) {
+ObjectSnapshot objectFromWire(const msg::ObjectSnapshot& object, Faults& faults) {
   ObjectSnapshot out;
   out.name = object.name();
   out.geometry = geometryFromWire(object.shape(), "scene.objects." + object.name(), faults);
@@ -287,32 +393,53 @@ ObjectSnapshot objectFromWire(const msg::ObjectState& object, Faults& faults) {
   return out;
 }
 
+msg::Rest toWire(const RestSnapshot& rest) {
+  msg::Rest out;
+  out.none(rest.none);
+  out.objects(rest.objects);
+  return out;
+}
+
+RestSnapshot fromWire(const msg::Rest& rest) { return {rest.none(), rest.objects()}; }
+
 // Payloads.
 
-void put(msg::StagePayload& out, const Accepted& accepted) {
+void put(msg::PlanEventPayload& out, const Accepted& accepted) {
   msg::Accepted value;
-  value.queue_place(accepted.queue_place);
+  value.daemon_id(accepted.daemon_id);
+  value.epoch(accepted.epoch);
+  value.program_version(accepted.program_version);
   value.scene_revision(accepted.scene_revision);
+  value.scene_hash(accepted.scene_hash);
+  value.queue_place(accepted.queue_place);
   out.accepted_value(std::move(value));
 }
 
 Accepted fromWire(const msg::Accepted& value) {
-  return {value.queue_place(), value.scene_revision()};
+  return {value.daemon_id(),      value.epoch(),      value.program_version(),
+          value.scene_revision(), value.scene_hash(), value.queue_place()};
 }
 
-void put(msg::StagePayload& out, const SceneSnapshot& scene) {
+void put(msg::PlanEventPayload& out, const SceneSnapshot& scene) {
   msg::SceneSnapshot value;
   value.cell(scene.cell);
   value.task(scene.task);
   value.seed(scene.seed);
   value.scene_hash(scene.scene_hash);
   value.object_name(scene.object);
-  value.giver(scene.giver);
-  value.receiver(scene.receiver);
-  value.X_WO_start(toWire(scene.X_WO_start));
-  value.X_WO_goal(toWire(scene.X_WO_goal));
-  value.robots(allToWire<msg::RobotState>(scene.robots));
-  value.objects(allToWire<msg::ObjectState>(scene.objects));
+  value.robots(allToWire<msg::RobotSnapshot>(scene.robots));
+  value.objects(allToWire<msg::ObjectSnapshot>(scene.objects));
+  value.X_WO_start(toWire(scene.start.X_WO));
+  value.held_at_start(scene.start.held_by.has_value());
+  value.start_holder(toWire(scene.start.held_by.value_or(ArmName{})));
+  value.start_rest(toWire(scene.start.rest));
+  value.X_WO_goal(toWire(scene.goal.X_WO));
+  value.end(static_cast<msg::TransportEnd>(scene.goal.end));
+  value.goal_rest(toWire(scene.goal.rest));
+  value.upright(scene.upright.has_value());
+  const UprightSnapshot upright = scene.upright.value_or(UprightSnapshot{});
+  value.upright_axis(toWire(upright.axis));
+  value.upright_within_deg(upright.within_deg);
   out.scene_value(std::move(value));
 }
 
@@ -327,111 +454,223 @@ SceneSnapshot sceneFromWire(const msg::SceneSnapshot& value, Faults& faults) {
   scene.seed = value.seed();
   scene.scene_hash = value.scene_hash();
   scene.object = value.object_name();
-  scene.giver = value.giver();
-  scene.receiver = value.receiver();
-  scene.X_WO_start = fromWire(value.X_WO_start());
-  scene.X_WO_goal = fromWire(value.X_WO_goal());
   scene.robots = allFromWire<RobotSnapshot>(value.robots());
   for (const auto& object : value.objects()) {
     scene.objects.push_back(objectFromWire(object, faults));
   }
+  scene.start.X_WO = fromWire(value.X_WO_start());
+  if (value.held_at_start()) scene.start.held_by = fromWire(value.start_holder());
+  scene.start.rest = fromWire(value.start_rest());
+  scene.goal.X_WO = fromWire(value.X_WO_goal());
+  scene.goal.end = static_cast<TransportEnd>(value.end());
+  scene.goal.rest = fromWire(value.goal_rest());
+  if (value.upright()) {
+    scene.upright = UprightSnapshot{fromWire(value.upright_axis()), value.upright_within_deg()};
+  }
   return scene;
 }
 
-void put(msg::StagePayload& out, const ArmSelected& arms) {
+msg::ArmScore toWire(const ArmScore& score) {
+  msg::ArmScore out;
+  out.arm(toWire(score.arm));
+  out.holder(score.holder);
+  out.manipulability(score.manipulability);
+  out.rejected(static_cast<msg::CauseKind>(score.rejected));
+  out.object_name(score.object);
+  return out;
+}
+
+ArmScore fromWire(const msg::ArmScore& score) {
+  return {fromWire(score.arm()), score.holder(), score.manipulability(),
+          static_cast<Cause>(score.rejected()), score.object_name()};
+}
+
+void put(msg::PlanEventPayload& out, const ArmSelected& arms) {
   msg::ArmSelected value;
-  value.giver_arm(arms.giver_arm);
-  value.receiver_arm(arms.receiver_arm);
-  for (const ArmScore& score : arms.scores) {
-    auto& item = value.scores().emplace_back();
-    item.robot(score.robot);
-    item.arm(score.arm);
-    item.manipulability(score.manipulability);
-    item.rejected(score.rejected);
-  }
+  value.holders(allToWire<msg::ArmName>(arms.holders));
+  value.scores(allToWire<msg::ArmScore>(arms.scores));
   out.arm_selected_value(std::move(value));
 }
 
 ArmSelected fromWire(const msg::ArmSelected& value) {
-  ArmSelected arms{value.giver_arm(), value.receiver_arm(), {}};
-  for (const auto& s : value.scores()) {
-    arms.scores.push_back({s.robot(), s.arm(), s.manipulability(), s.rejected()});
-  }
-  return arms;
+  return {allFromWire<ArmName>(value.holders()), allFromWire<ArmScore>(value.scores())};
 }
 
-void put(msg::StagePayload& out, const GraspsPruned& pruned) {
+void put(msg::PlanEventPayload& out, const GraspsPruned& pruned) {
   msg::GraspsPruned value;
-  value.robot(pruned.robot);
-  value.arm(pruned.arm);
+  value.arm(toWire(pruned.arm));
+  value.holder(pruned.holder);
+  value.place(static_cast<msg::PruningPlace>(pruned.place));
   value.tested(pruned.tested);
   value.kept(pruned.kept);
-  value.rejects(allToWire<msg::RejectCount>(pruned.rejects));
+  value.causes(allToWire<msg::CauseCount>(pruned.causes));
   out.grasps_pruned_value(std::move(value));
 }
 
 GraspsPruned fromWire(const msg::GraspsPruned& value) {
-  return {value.robot(), value.arm(), value.tested(), value.kept(),
-          allFromWire<RejectCount>(value.rejects())};
+  return {fromWire(value.arm()), value.holder(), static_cast<PruningPlace>(value.place()),
+          value.tested(),        value.kept(),   allFromWire<CauseCount>(value.causes())};
 }
 
-void put(msg::StagePayload& out, const HandoverCandidates& candidates) {
+void put(msg::PlanEventPayload& out, const HandoverCandidates& candidates) {
   msg::HandoverCandidates value;
-  value.giver_arm(candidates.giver_arm);
-  value.receiver_arm(candidates.receiver_arm);
-  value.voxels(candidates.voxels);
+  value.handover(candidates.handover);
+  value.giver(toWire(candidates.giver));
+  value.receiver(toWire(candidates.receiver));
+  value.lattice_points(candidates.lattice_points);
   value.poses_tried(candidates.poses_tried);
   value.poses(candidates.poses);
+  value.receiver_grasps(candidates.receiver_grasps);
   value.tuples(candidates.tuples);
-  value.rejects(allToWire<msg::RejectCount>(candidates.rejects));
+  value.causes(allToWire<msg::CauseCount>(candidates.causes));
   value.lattice(allToWire<msg::LatticeCell>(candidates.lattice));
   out.handover_candidates_value(std::move(value));
 }
 
 HandoverCandidates fromWire(const msg::HandoverCandidates& value) {
-  return {value.giver_arm(),
-          value.receiver_arm(),
-          value.voxels(),
+  return {value.handover(),
+          fromWire(value.giver()),
+          fromWire(value.receiver()),
+          value.lattice_points(),
           value.poses_tried(),
           value.poses(),
+          value.receiver_grasps(),
           value.tuples(),
-          allFromWire<RejectCount>(value.rejects()),
+          allFromWire<CauseCount>(value.causes()),
           allFromWire<LatticeCell>(value.lattice())};
 }
 
-void put(msg::StagePayload& out, const Solution& solution) {
+msg::Holder toWire(const Holder& holder) {
+  msg::Holder out;
+  out.arm(toWire(holder.arm));
+  out.tool_link(holder.tool_link);
+  if (const auto* hand = std::get_if<FingerGripper>(&holder.gripper)) {
+    out.gripper(msg::GRIPPER_FINGERS);
+    out.hand_link(hand->palm_link);
+    out.finger_links(hand->finger_links);
+  } else if (const auto* cup = std::get_if<SuctionGripper>(&holder.gripper)) {
+    out.gripper(msg::GRIPPER_SUCTION);
+    out.hand_link(cup->cup_link);
+    out.cup_axis(toWire(cup->axis));
+    out.cup_radius(cup->radius);
+  }
+  out.X_OT(toWire(holder.X_OT));
+  out.grasp(holder.grasp);
+  out.dexterity_take(holder.dexterity.take);
+  out.dexterity_give(holder.dexterity.give);
+  return out;
+}
+
+Holder holderFromWire(const msg::Holder& value, Faults& faults) {
+  Holder holder;
+  holder.arm = fromWire(value.arm());
+  holder.tool_link = value.tool_link();
+  switch (value.gripper()) {
+    case msg::GRIPPER_FINGERS:
+      holder.gripper = FingerGripper{value.hand_link(), value.finger_links()};
+      break;
+    case msg::GRIPPER_SUCTION:
+      holder.gripper =
+          SuctionGripper{value.hand_link(), fromWire(value.cup_axis()), value.cup_radius()};
+      break;
+    default:
+      faults.push_back({"solution.holders.gripper", "unknown gripper"});
+  }
+  holder.X_OT = fromWire(value.X_OT());
+  holder.grasp = value.grasp();
+  holder.dexterity = {value.dexterity_take(), value.dexterity_give()};
+  return holder;
+}
+
+msg::Clearance toWire(const ClearanceQuality& clearance) {
+  msg::Clearance out;
+  out.between(clearance.between);
+  out.least_m(clearance.least_m);
+  out.stage(clearance.stage);
+  out.pair(toWire(clearance.pair));
+  return out;
+}
+
+ClearanceQuality fromWire(const msg::Clearance& clearance) {
+  return {clearance.between(), clearance.least_m(), clearance.stage(), fromWire(clearance.pair())};
+}
+
+msg::Grip toWire(const GripQuality& grip) {
+  msg::Grip out;
+  out.holder(grip.holder);
+  out.quality(grip.quality);
+  out.of_best(grip.of_best);
+  return out;
+}
+
+GripQuality fromWire(const msg::Grip& grip) {
+  return {grip.holder(), grip.quality(), grip.of_best()};
+}
+
+msg::PlanQuality toWire(const Quality& quality) {
+  msg::PlanQuality out;
+  out.duration_s(quality.duration_s);
+  out.bound_s(quality.bound_s);
+  out.object_s(quality.object_s);
+  out.idle_s(allToWire<msg::NamedValue>(quality.idle_s));
+  out.clearances(allToWire<msg::Clearance>(quality.clearance));
+  out.tilt_deg(quality.tilt_deg);
+  out.object_turn_deg(quality.object_turn_deg[0]);
+  out.object_turn_least_deg(quality.object_turn_deg[1]);
+  out.limit_margin(quality.limit_margin);
+  out.grips(allToWire<msg::Grip>(quality.grip));
+  out.jerk_share(quality.jerk_share);
+  out.cost(quality.cost);
+  out.terms(allToWire<msg::NamedValue>(quality.terms));
+  return out;
+}
+
+Quality fromWire(const msg::PlanQuality& value) {
+  using Named = std::pair<std::string, double>;
+  Quality quality;
+  quality.duration_s = value.duration_s();
+  quality.bound_s = value.bound_s();
+  quality.object_s = value.object_s();
+  quality.idle_s = allFromWire<Named>(value.idle_s());
+  quality.clearance = allFromWire<ClearanceQuality>(value.clearances());
+  quality.tilt_deg = value.tilt_deg();
+  quality.object_turn_deg = {value.object_turn_deg(), value.object_turn_least_deg()};
+  quality.limit_margin = value.limit_margin();
+  quality.grip = allFromWire<GripQuality>(value.grips());
+  quality.jerk_share = value.jerk_share();
+  quality.cost = value.cost();
+  quality.terms = allFromWire<Named>(value.terms());
+  return quality;
+}
+
+void put(msg::PlanEventPayload& out, const Solution& solution) {
   msg::Solution value;
   value.index(solution.index);
-  value.giver_arm(solution.giver_arm);
-  value.receiver_arm(solution.receiver_arm);
-  value.giver_tool_link(solution.giver_tool_link);
-  value.receiver_tool_link(solution.receiver_tool_link);
-  value.giver_grasp(solution.giver_grasp);
-  value.receiver_grasp(solution.receiver_grasp);
-  value.X_WO_handover(toWire(solution.X_WO_handover));
-  value.X_OT_giver(toWire(solution.X_OT_giver));
-  value.X_OT_receiver(toWire(solution.X_OT_receiver));
-  value.dexterity_receiver_place(solution.dexterity.receiver_place);
-  value.dexterity_receiver_handover(solution.dexterity.receiver_handover);
-  value.dexterity_giver_pick(solution.dexterity.giver_pick);
-  value.dexterity_giver_handover(solution.dexterity.giver_handover);
+  value.holders(allToWire<msg::Holder>(solution.holders));
+  value.X_WO_handovers(allToWire<msg::Pose>(solution.X_WO_handovers));
+  value.stage_count(solution.stage_count);
+  value.slack_s(solution.slack_s);
+  value.cost(solution.cost);
+  value.has_quality(solution.quality.has_value());
+  value.quality(toWire(solution.quality.value_or(Quality{})));
   out.solution_value(std::move(value));
 }
 
-Solution fromWire(const msg::Solution& value) {
+Solution solutionFromWire(const msg::Solution& value, Faults& faults) {
   Solution solution;
+  if (value.holders().size() > bounds::kHolders) {
+    faults.push_back({"solution.holders", "too many entries"});
+    return solution;
+  }
   solution.index = value.index();
-  solution.giver_arm = value.giver_arm();
-  solution.receiver_arm = value.receiver_arm();
-  solution.giver_tool_link = value.giver_tool_link();
-  solution.receiver_tool_link = value.receiver_tool_link();
-  solution.giver_grasp = value.giver_grasp();
-  solution.receiver_grasp = value.receiver_grasp();
-  solution.X_WO_handover = fromWire(value.X_WO_handover());
-  solution.X_OT_giver = fromWire(value.X_OT_giver());
-  solution.X_OT_receiver = fromWire(value.X_OT_receiver());
-  solution.dexterity = {value.dexterity_receiver_place(), value.dexterity_receiver_handover(),
-                        value.dexterity_giver_pick(), value.dexterity_giver_handover()};
+  for (const auto& holder : value.holders()) {
+    solution.holders.push_back(holderFromWire(holder, faults));
+  }
+  solution.X_WO_handovers = allFromWire<PoseValue>(value.X_WO_handovers());
+  solution.stage_count = value.stage_count();
+  solution.slack_s = value.slack_s();
+  solution.cost = value.cost();
+  if (value.has_quality()) solution.quality = fromWire(value.quality());
   return solution;
 }
 
@@ -457,62 +696,122 @@ std::vector<std::vector<double>> rowsOf(const std::vector<double>& flat, std::si
   return out;
 }
 
-void put(msg::StagePayload& out, const StageTrajectory& stage) {
-  msg::Trajectory value;
+void put(msg::PlanEventPayload& out, const StageTrajectory& stage) {
+  msg::StageTrajectory value;
   value.solution(stage.solution);
   value.index(stage.index);
-  value.kind(static_cast<msg::StageKind>(stage.kind));
+  value.holder(stage.holder);
+  value.action(static_cast<msg::StageAction>(stage.action));
   value.robot(stage.robot);
   value.joints(stage.joints);
   value.start(stage.start);
   value.t(stage.t);
   value.q(flatten(stage.q));
   value.qd(flatten(stage.qd));
-  for (const Hold& hold : stage.holding) {
-    auto& item = value.holding().emplace_back();
-    item.object_name(hold.object);
-    item.robot(hold.robot);
-    item.link(hold.link);
-    item.X_LO(toWire(hold.X_LO));
-  }
+  value.qdd(flatten(stage.qdd));
+  value.holding(allToWire<msg::Hold>(stage.holding));
   value.may_touch(allToWire<msg::NamePair>(stage.may_touch));
+  value.after(allToWire<msg::StageProgress>(stage.after));
   out.trajectory_value(std::move(value));
 }
 
-StageTrajectory trajectoryFromWire(const msg::Trajectory& value, Faults& faults) {
+StageTrajectory trajectoryFromWire(const msg::StageTrajectory& value, Faults& faults) {
+  const auto rows = [&](const std::vector<double>& flat, const char* field) {
+    return rowsOf(flat, value.t().size(), value.joints().size(), field, faults);
+  };
   StageTrajectory stage;
   stage.solution = value.solution();
   stage.index = value.index();
-  stage.kind = static_cast<StageKind>(value.kind());
+  stage.holder = value.holder();
+  stage.action = static_cast<StageAction>(value.action());
   stage.robot = value.robot();
   stage.joints = value.joints();
   stage.start = value.start();
   stage.t = value.t();
-  stage.q = rowsOf(value.q(), value.t().size(), value.joints().size(), "trajectory.q", faults);
-  stage.qd = rowsOf(value.qd(), value.t().size(), value.joints().size(), "trajectory.qd", faults);
-  for (const auto& hold : value.holding()) {
-    stage.holding.push_back({hold.object_name(), hold.robot(), hold.link(), fromWire(hold.X_LO())});
-  }
+  stage.q = rows(value.q(), "trajectory.q");
+  stage.qd = rows(value.qd(), "trajectory.qd");
+  stage.qdd = rows(value.qdd(), "trajectory.qdd");
+  stage.holding = allFromWire<Hold>(value.holding());
   stage.may_touch = allFromWire<NamePair>(value.may_touch());
+  stage.after = allFromWire<StageProgress>(value.after());
   return stage;
+}
+
+void put(msg::PlanEventPayload& out, const Note& note) {
+  msg::Note value;
+  value.code(note.code);
+  value.text(note.text);
+  out.note_value(std::move(value));
+}
+
+Note fromWire(const msg::Note& value) { return {value.code(), value.text()}; }
+
+msg::FarthestTool toWire(const FarthestTool& tool) {
+  msg::FarthestTool out;
+  out.arm(toWire(tool.arm));
+  out.X_WT(toWire(tool.X_WT));
+  return out;
+}
+
+FarthestTool fromWire(const msg::FarthestTool& tool) {
+  return {fromWire(tool.arm()), fromWire(tool.X_WT())};
 }
 
 msg::Explanation toWire(const Explanation& why) {
   msg::Explanation out;
   out.filter(why.filter);
   out.text(why.text);
-  out.causes(allToWire<msg::RejectCount>(why.causes));
+  out.exhaustive(why.exhaustive);
+  out.causes(allToWire<msg::CauseCount>(why.causes));
   out.nearest_fix(allToWire<msg::SceneOverride>(why.nearest_fix));
   out.fix_text(why.fix_text);
+  out.has_farthest(why.farthest.has_value());
+  const Farthest farthest = why.farthest.value_or(Farthest{});
+  out.farthest().X_WO(toWire(farthest.X_WO));
+  out.farthest().tools(allToWire<msg::FarthestTool>(farthest.tools));
+  out.farthest().stage(toWire(farthest.stage));
   return out;
 }
 
-Explanation fromWire(const msg::Explanation& why) {
-  return {why.filter(), why.text(), allFromWire<RejectCount>(why.causes()),
-          allFromWire<Override>(why.nearest_fix()), why.fix_text()};
+Explanation fromWire(const msg::Explanation& value) {
+  Explanation why;
+  why.filter = value.filter();
+  why.text = value.text();
+  why.exhaustive = value.exhaustive();
+  why.causes = allFromWire<CauseCount>(value.causes());
+  why.nearest_fix = allFromWire<Override>(value.nearest_fix());
+  why.fix_text = value.fix_text();
+  if (value.has_farthest()) {
+    const auto& farthest = value.farthest();
+    why.farthest = Farthest{fromWire(farthest.X_WO()), allFromWire<FarthestTool>(farthest.tools()),
+                            fromWire(farthest.stage())};
+  }
+  return why;
 }
 
-void put(msg::StagePayload& out, const Outcome& outcome) {
+void put(msg::PlanEventPayload& out, const Failure& failure) {
+  msg::Failure value;
+  value.reason(static_cast<msg::FailureReason>(failure.reason));
+  value.why(toWire(failure.explanation));
+  out.failure_value(std::move(value));
+}
+
+Failure fromWire(const msg::Failure& value) {
+  return {static_cast<FailureReason>(value.reason()), fromWire(value.why())};
+}
+
+void put(msg::PlanEventPayload& out, const Fix& fix) {
+  msg::Fix value;
+  value.overrides(allToWire<msg::SceneOverride>(fix.overrides));
+  value.text(fix.text);
+  out.fix_value(std::move(value));
+}
+
+Fix fromWire(const msg::Fix& value) {
+  return {allFromWire<Override>(value.overrides()), value.text()};
+}
+
+void put(msg::PlanEventPayload& out, const Outcome& outcome) {
   msg::Outcome value;
   if (const auto* done = std::get_if<Done>(&outcome)) {
     value.kind(msg::OUTCOME_DONE);
@@ -520,20 +819,15 @@ void put(msg::StagePayload& out, const Outcome& outcome) {
     value.complete(done->complete);
   } else if (const auto* failed = std::get_if<Failed>(&outcome)) {
     value.kind(msg::OUTCOME_FAILED);
-    value.failure(static_cast<msg::FailureReason>(failed->reason));
+    value.reason(static_cast<msg::FailureReason>(failed->reason));
     value.why(toWire(failed->explanation));
-  } else if (std::holds_alternative<Cancelled>(outcome)) {
+  } else if (const auto* cancelled = std::get_if<Cancelled>(&outcome)) {
     value.kind(msg::OUTCOME_CANCELLED);
+    value.cancelled_by(static_cast<msg::CancelCause>(cancelled->cause));
   } else if (const auto* rejected = std::get_if<Rejected>(&outcome)) {
     value.kind(msg::OUTCOME_REJECTED);
-    for (const auto& [reason, text] : kRejections) {
-      if (rejected->reason == text) value.rejection(reason);
-    }
-    for (const Fault& fault : rejected->faults) {
-      auto& item = value.faults().emplace_back();
-      item.field(fault.field);
-      item.message(fault.message);
-    }
+    value.rejection(static_cast<msg::RejectionReason>(rejected->reason));
+    value.faults(allToWire<msg::Fault>(rejected->faults));
   }
   out.outcome_value(std::move(value));
 }
@@ -543,26 +837,19 @@ Outcome outcomeFromWire(const msg::Outcome& value, Faults& faults) {
     case msg::OUTCOME_DONE:
       return Done{value.solution(), value.complete()};
     case msg::OUTCOME_FAILED:
-      return Failed{static_cast<FailureReason>(value.failure()), fromWire(value.why())};
+      return Failed{static_cast<FailureReason>(value.reason()), fromWire(value.why())};
     case msg::OUTCOME_CANCELLED:
-      return Cancelled{};
-    case msg::OUTCOME_REJECTED: {
-      Rejected rejected;
-      for (const auto& [reason, text] : kRejections) {
-        if (value.rejection() == reason) rejected.reason = text;
-      }
-      for (const auto& fault : value.faults()) {
-        rejected.faults.push_back({fault.field(), fault.message()});
-      }
-      return rejected;
-    }
+      return Cancelled{static_cast<CancelCause>(value.cancelled_by())};
+    case msg::OUTCOME_REJECTED:
+      return Rejected{static_cast<RejectionReason>(value.rejection()),
+                      allFromWire<Fault>(value.faults())};
     default:
-      faults.push_back({"outcome.kind", "is not an outcome"});
+      faults.push_back({"outcome.kind", "unknown outcome"});
   }
-  return Cancelled{};
+  return Cancelled{CancelCause::kAsked};
 }
 
-StagePayload payloadFromWire(const msg::StagePayload& payload, Faults& faults) {
+PlanEventPayload payloadFromWire(const msg::PlanEventPayload& payload, Faults& faults) {
   switch (payload._d()) {
     case msg::PAYLOAD_ACCEPTED:
       return fromWire(payload.accepted_value());
@@ -575,13 +862,19 @@ StagePayload payloadFromWire(const msg::StagePayload& payload, Faults& faults) {
     case msg::PAYLOAD_HANDOVER_CANDIDATES:
       return fromWire(payload.handover_candidates_value());
     case msg::PAYLOAD_SOLUTION:
-      return fromWire(payload.solution_value());
+      return solutionFromWire(payload.solution_value(), faults);
     case msg::PAYLOAD_TRAJECTORY:
       return trajectoryFromWire(payload.trajectory_value(), faults);
+    case msg::PAYLOAD_NOTE:
+      return fromWire(payload.note_value());
+    case msg::PAYLOAD_FAILURE:
+      return fromWire(payload.failure_value());
+    case msg::PAYLOAD_FIX:
+      return fromWire(payload.fix_value());
     case msg::PAYLOAD_OUTCOME:
       return outcomeFromWire(payload.outcome_value(), faults);
     default:
-      faults.push_back({"payload", "is not a payload"});
+      faults.push_back({"payload", "unknown payload"});
   }
   return Accepted{};
 }
@@ -625,36 +918,20 @@ msg::HandoverRequest encode(const PlanRequest& request) {
   out.object_name(request.object);
   out.has_goal(request.X_WO_goal.has_value());
   out.X_WO_goal(toWire(request.X_WO_goal.value_or(PoseValue{})));
-  out.giver(request.giver);
-  out.receiver(request.receiver);
-  out.giver_arm(request.giver_arm);
-  out.receiver_arm(request.receiver_arm);
+  out.chain(request.chain);
   out.overrides(allToWire<msg::SceneOverride>(request.overrides));
   out.has_expected_revision(request.expected_revision.has_value());
   out.expected_revision(request.expected_revision.value_or(0));
-  switch (request.mode) {
-    case SearchMode::kFirst:
-      out.mode(msg::MODE_FIRST);
-      break;
-    case SearchMode::kBest:
-      out.mode(msg::MODE_BEST);
-      break;
-    case SearchMode::kAll:
-      out.mode(msg::MODE_ALL);
-      break;
-  }
-  switch (request.search) {
-    case SearchWidth::kPaper:
-      out.search(msg::SEARCH_PAPER);
-      break;
-    case SearchWidth::kWide:
-      out.search(msg::SEARCH_WIDE);
-      break;
-  }
+  out.expected_hash(request.expected_hash);
+  out.mode(static_cast<msg::SearchMode>(request.mode));
+  out.search(static_cast<msg::SearchWidth>(request.search));
+  out.objective(static_cast<msg::ObjectiveKind>(request.objective));
   out.seed(request.seed);
   out.has_deadline(request.deadline_s.has_value());
   out.deadline_s(request.deadline_s.value_or(0));
   out.speed_scale(request.speed_scale);
+  out.slack_s(request.slack_s);
+  out.wants_fix(request.wants_fix);
   return out;
 }
 
@@ -668,62 +945,46 @@ Decoded<PlanRequest> decode(const msg::HandoverRequest& message) {
   request.task = message.task();
   request.object = message.object_name();
   if (message.has_goal()) request.X_WO_goal = fromWire(message.X_WO_goal());
-  request.giver = message.giver();
-  request.receiver = message.receiver();
-  request.giver_arm = message.giver_arm();
-  request.receiver_arm = message.receiver_arm();
+  request.chain = message.chain();
   request.overrides = allFromWire<Override>(message.overrides());
   if (message.has_expected_revision()) request.expected_revision = message.expected_revision();
-  switch (message.mode()) {
-    case msg::MODE_FIRST:
-      request.mode = SearchMode::kFirst;
-      break;
-    case msg::MODE_UNSPECIFIED:
-    case msg::MODE_BEST:
-      request.mode = SearchMode::kBest;
-      break;
-    case msg::MODE_ALL:
-      request.mode = SearchMode::kAll;
-      break;
-    default:
-      faults.push_back({"mode", "is not a mode"});
+  request.expected_hash = message.expected_hash();
+  if (message.mode() != msg::MODE_UNSPECIFIED) {
+    request.mode = static_cast<SearchMode>(message.mode());
   }
-  switch (message.search()) {
-    case msg::SEARCH_PAPER:
-      request.search = SearchWidth::kPaper;
-      break;
-    case msg::SEARCH_UNSPECIFIED:
-    case msg::SEARCH_WIDE:
-      request.search = SearchWidth::kWide;
-      break;
-    default:
-      faults.push_back({"search", "is not a search"});
+  if (message.search() != msg::SEARCH_UNSPECIFIED) {
+    request.search = static_cast<SearchWidth>(message.search());
   }
+  request.objective = static_cast<Objective>(message.objective());
   request.seed = message.seed();
   if (message.has_deadline()) request.deadline_s = message.deadline_s();
   request.speed_scale = message.speed_scale();
+  request.slack_s = message.slack_s();
+  request.wants_fix = message.wants_fix();
   return checked(std::move(request), std::move(faults));
 }
 
-msg::PlanStage encode(const PlanStage& stage) {
-  msg::PlanStage out;
+msg::PlanEvent encode(const PlanEvent& event) {
+  msg::PlanEvent out;
   out.version(msg::WIRE_VERSION);
-  out.request_id(stage.request_id.bytes);
-  out.sequence_number(stage.sequence);
-  out.elapsed_s(stage.elapsed_s);
-  std::visit([&out](const auto& payload) { put(out.payload(), payload); }, stage.payload);
+  out.request_id(event.request_id.bytes);
+  out.answer_id(event.answer_id);
+  out.sequence_number(event.sequence);
+  out.elapsed_s(event.elapsed_s);
+  std::visit([&out](const auto& payload) { put(out.payload(), payload); }, event.payload);
   return out;
 }
 
-Decoded<PlanStage> decode(const msg::PlanStage& message) {
+Decoded<PlanEvent> decode(const msg::PlanEvent& message) {
   Faults faults = versionFaults(message.version());
   checkExtensions(message.extensions(), faults);
-  PlanStage stage;
-  stage.request_id.bytes = message.request_id();
-  stage.sequence = message.sequence_number();
-  stage.elapsed_s = message.elapsed_s();
-  stage.payload = payloadFromWire(message.payload(), faults);
-  return checked(std::move(stage), std::move(faults));
+  PlanEvent event;
+  event.request_id.bytes = message.request_id();
+  event.answer_id = message.answer_id();
+  event.sequence = message.sequence_number();
+  event.elapsed_s = message.elapsed_s();
+  event.payload = payloadFromWire(message.payload(), faults);
+  return checked(std::move(event), std::move(faults));
 }
 
 msg::DaemonStatus encode(const DaemonStatus& status) {
@@ -737,7 +998,8 @@ msg::DaemonStatus encode(const DaemonStatus& status) {
     item.name(cell.name);
     item.tasks(cell.tasks);
     item.scene_revision(cell.revision);
-    item.variations(allToWire<msg::CellVariation>(cell.variations));
+    item.scene_hash(cell.scene_hash);
+    item.variations(allToWire<msg::Variation>(cell.variations));
   }
   out.queued(status.queued);
   out.running(status.running);
@@ -746,6 +1008,9 @@ msg::DaemonStatus encode(const DaemonStatus& status) {
   out.failed_count(status.counters.failed);
   out.cancelled_count(status.counters.cancelled);
   out.rejected_count(status.counters.rejected);
+  out.refused_count(status.refused);
+  out.clients(status.clients);
+  out.memory_bytes(status.memory_bytes);
   return out;
 }
 
@@ -761,12 +1026,16 @@ Decoded<DaemonStatus> decode(const msg::DaemonStatus& message) {
     info.name = cell.name();
     info.tasks = cell.tasks();
     info.revision = cell.scene_revision();
+    info.scene_hash = cell.scene_hash();
     info.variations = allFromWire<Variation>(cell.variations());
   }
   status.queued = message.queued();
   status.running = message.running();
   status.counters = {message.accepted_count(), message.done_count(), message.failed_count(),
                      message.cancelled_count(), message.rejected_count()};
+  status.refused = message.refused_count();
+  status.clients = message.clients();
+  status.memory_bytes = message.memory_bytes();
   return checked(std::move(status), std::move(faults));
 }
 

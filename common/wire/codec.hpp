@@ -3,7 +3,7 @@
 #pragma once
 
 #include <handover/common/check.hpp>
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 #include <handover/common/status.hpp>
 
 #include <handover.h>
@@ -19,14 +19,14 @@ using Decoded = std::variant<T, std::vector<Fault>>;
 
 /// The messages of values that pass check(): see there for the bounds.
 msg::HandoverRequest encode(const PlanRequest& request);
-msg::PlanStage encode(const PlanStage& stage);
+msg::PlanEvent encode(const PlanEvent& event);
 msg::DaemonStatus encode(const DaemonStatus& status);
 msg::HandoverCancel encodeCancel(const RequestId& id);
 
 /// Checked values: another wire version, unknown enumerators and unions, and all that check()
 /// refuses are faults. Unspecified mode and search stand for their defaults.
 Decoded<PlanRequest> decode(const msg::HandoverRequest& message);
-Decoded<PlanStage> decode(const msg::PlanStage& message);
+Decoded<PlanEvent> decode(const msg::PlanEvent& message);
 Decoded<DaemonStatus> decode(const msg::DaemonStatus& message);
 Decoded<RequestId> decode(const msg::HandoverCancel& message);
 

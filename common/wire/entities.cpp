@@ -40,12 +40,12 @@ struct TopicRow {
 
 constexpr TopicRow kTopics[] = {{TopicId::kRequest, kRequestTopic},
                                 {TopicId::kCancel, "handover/v1/cancel"},
-                                {TopicId::kStage, "handover/v1/stage"},
+                                {TopicId::kEvent, "handover/v1/event"},
                                 {TopicId::kStatus, "handover/v1/status"}};
 constexpr std::size_t kTopicCount = std::size(kTopics);
 
-/// Samples of one request that a stage writer holds, and requests of one client at a time.
-constexpr int kStagesPerRequest = 4096;
+/// Samples of one request that an events writer holds, and requests of one client at a time.
+constexpr int kEventsPerRequest = 4096;
 constexpr int kRequestsPerClient = 256;
 /// Readers recycle an instance only when it was disposed: room for many that never were.
 constexpr int kReaderInstances = 1 << 18;
@@ -61,8 +61,8 @@ dds::TypeSupport makeType(TopicId id) {
     case TopicId::kCancel:
       type = new msg::HandoverCancelPubSubType;
       break;
-    case TopicId::kStage:
-      type = new msg::PlanStagePubSubType;
+    case TopicId::kEvent:
+      type = new msg::PlanEventPubSubType;
       break;
     case TopicId::kStatus:
       type = new msg::DaemonStatusPubSubType;
@@ -72,7 +72,7 @@ dds::TypeSupport makeType(TopicId id) {
   // Type information keeps other vendors from matching, type objects crash peers of this version.
   support->auto_fill_type_object(false);
   support->auto_fill_type_information(false);
-  // The generator's largest size is a fiction of up to 20 MB that readers would preallocate.
+  // Readers would preallocate the generated maximum size, up to 20 MB, for each sample.
   support->m_typeSize = kPayloadSize;
   return support;
 }
@@ -116,16 +116,16 @@ void limits(dds::ResourceLimitsQosPolicy& limits, int instances, int per_instanc
 
 bool durable(TopicId topic) { return topic != TopicId::kCancel; }
 
-/// What writers and readers of a topic have in common. kStage keeps all samples of as many
-/// instances as `stage_instances`, the others the last one of each.
+/// What writers and readers of a topic have in common. kEvent keeps all samples of as many
+/// instances as `event_instances`, the others the last one of each.
 template <typename Qos>
-void configureTopic(Qos& qos, TopicId topic, int stage_instances, int other_instances) {
+void configureTopic(Qos& qos, TopicId topic, int event_instances, int other_instances) {
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
   qos.durability().kind =
       durable(topic) ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
-  if (topic == TopicId::kStage) {
+  if (topic == TopicId::kEvent) {
     qos.history().kind = dds::KEEP_ALL_HISTORY_QOS;
-    limits(qos.resource_limits(), stage_instances, kStagesPerRequest);
+    limits(qos.resource_limits(), event_instances, kEventsPerRequest);
   } else {
     qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
     qos.history().depth = 1;
@@ -413,6 +413,8 @@ struct ReaderCore::Impl : public dds::DataReaderListener {
       std::memcpy(sample.key.data(), static_cast<const rtps::octet*>(info.instance_handle.value),
                   16);
       sample.writer = toGuid(info.publication_handle);
+      sample.writers_lost =
+          !info.valid_data && info.instance_state == dds::NOT_ALIVE_NO_WRITERS_INSTANCE_STATE;
       guarded("sample", [&] { on_sample(sample); });
     }
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // DDS entities as scoped objects. QoS is set here, in code, and nowhere else: UDP on loopback, no
-// multicast, no shared memory, whatever profiles lie about.
+// multicast, no shared memory, and XML profiles are ignored.
 //
 // Callbacks run on Fast DDS's threads: they hand over and return, and never create or delete
 // entities. An exception that leaves one is logged and swallowed.
@@ -76,7 +76,7 @@ struct EntityOptions {
 
 enum class WriteResult { kOk, kTimeout, kError };
 
-enum class TopicId { kRequest, kCancel, kStage, kStatus };
+enum class TopicId { kRequest, kCancel, kEvent, kStatus };
 
 inline constexpr const char* kRequestTopic = "handover/v1/request";
 
@@ -94,8 +94,8 @@ struct TopicOf<msg::HandoverCancel> {
 };
 
 template <>
-struct TopicOf<msg::PlanStage> {
-  static constexpr TopicId kId = TopicId::kStage;
+struct TopicOf<msg::PlanEvent> {
+  static constexpr TopicId kId = TopicId::kEvent;
 };
 
 template <>
@@ -156,6 +156,7 @@ struct Sample {
   const Message* message = nullptr;    ///< null: the instance was disposed or lost its writers
   std::array<std::uint8_t, 16> key{};  ///< of the instance
   Guid writer{};
+  bool writers_lost = false;  ///< no message: its writers are gone, nobody disposed it
 };
 
 /// What Reader<T> is made of; use that.
@@ -165,6 +166,7 @@ class ReaderCore {
     const void* message = nullptr;
     std::array<std::uint8_t, 16> key{};
     Guid writer{};
+    bool writers_lost = false;
   };
 
   ReaderCore(const Participant& participant, TopicId topic, EntityOptions options,
@@ -191,7 +193,8 @@ class Reader {
   Reader(const Participant& participant, EntityOptions options, OnSample on_sample)
       : core_(participant, TopicOf<Message>::kId, std::move(options), std::make_shared<Message>(),
               [call = std::move(on_sample)](const ReaderCore::RawSample& raw) {
-                call({static_cast<const Message*>(raw.message), raw.key, raw.writer});
+                call({static_cast<const Message*>(raw.message), raw.key, raw.writer,
+                      raw.writers_lost});
               }) {}
 
   int matched() const { return core_.matched(); }

@@ -3,12 +3,12 @@
 """Draws one moment of a plan file, or a dumped state, to look at what a plan really does: the collision shapes of the whole cell,
 flat-shaded, each robot in its colour, the object green.
 
-    render_plan.py plan.json --stage giver_grasp --camera 1.6 -2.2 1.9  0.2 -0.4 0.9 --zoom 1.5 --output a.png
+    render_plan.py plan.json --stage "hubo/left grasp" --camera 1.6 -2.2 1.9  0.2 -0.4 0.9 --zoom 1.5 --output a.png
     render_plan.py state.obj --object cup --output b.png         what `handoverctl plan --dump-state` has written
 
-The moment is the end of a stage (`start` and `end` mean the plan's) or a time. The camera is two points, from and
-at, in the world; --hide takes away what stands in the view. Writes PNG, in less than a second. Needs nothing but
-Python.
+The moment is the end of a stage (`start` and `end` mean the plan's) or a time; of a file without a plan it is the
+start. The camera is two points, from and at, in the world; --hide takes away what stands in the view. Writes PNG, in
+less than a second. Needs nothing but Python.
 """
 
 import argparse
@@ -21,7 +21,9 @@ import xml.etree.ElementTree as ElementTree
 import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-ROBOT_COLOURS = [(0.95, 0.60, 0.25), (0.35, 0.55, 0.95), (0.75, 0.45, 0.85)]
+# Of the robots that hold the object, in the order in which they do; of others.
+ROBOT_COLOURS = [(0.95, 0.60, 0.25), (0.35, 0.55, 0.95), (0.75, 0.45, 0.85), (0.90, 0.45, 0.55)]
+IDLE_COLOUR = (0.72, 0.75, 0.78)
 OBJECT_COLOUR = (0.15, 0.80, 0.25)
 FURNITURE = [(0.72, 0.66, 0.58), (0.62, 0.68, 0.70), (0.75, 0.72, 0.55), (0.80, 0.45, 0.45), (0.55, 0.50, 0.45)]
 FLOOR_COLOUR = (0.82, 0.82, 0.80)
@@ -41,6 +43,11 @@ def compose(a, b):
 
 def move(X, p):
     return tuple(r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3] for r in X)
+
+
+def inverse(X):
+    R = [[X[c][r] for c in range(3)] for r in range(3)]
+    return tuple((*R[r], -sum(R[r][k] * X[k][3] for k in range(3))) for r in range(3))
 
 
 def of_quaternion(pose):
@@ -190,63 +197,97 @@ class Robot:
 # --- plan ---------------------------------------------------------------------------------------------
 
 
+def quintic(s, h, start, end):
+    """The curve of (q, qd, qdd) at two samples h apart, at s from 0 to 1."""
+    (q0, v0, a0), (q1, v1, a1) = start, end
+    d, v, w, a, b = q1 - q0, v0 * h, v1 * h, a0 * h * h, a1 * h * h
+    c3 = 10 * d - 6 * v - 4 * w - 1.5 * a + 0.5 * b
+    c4 = -15 * d + 8 * v + 7 * w + 1.5 * a - b
+    c5 = 6 * d - 3 * (v + w) + 0.5 * (b - a)
+    return q0 + s * (v + s * (a / 2 + s * (c3 + s * (c4 + s * c5))))
+
+
 def sample(stage, t):
     """q of a stage at t from its start; before and after it stands still."""
     times = stage["t"]
     t = min(max(t, times[0]), times[-1])
     i = next(k for k in range(1, len(times)) if t <= times[k])
     h = times[i] - times[i - 1]
-    s = (t - times[i - 1]) / h
-    a, b = s * s * (3 - 2 * s), s * (1 - s)
-    rows = zip(stage["q"][i - 1], stage["q"][i], stage["qd"][i - 1], stage["qd"][i])
-    return [q0 + a * (q1 - q0) + h * b * ((1 - s) * v0 - s * v1) for q0, q1, v0, v1 in rows]
-
-
-def joints_at(plan, t):
-    q = {robot["name"]: dict(robot["q_start"]) for robot in plan["robots"]}
-    for stage in sorted(plan["stages"], key=lambda s: s["start"]):
-        if stage["start"] <= t:
-            q[stage["robot"]].update(zip(stage["joints"], sample(stage, t - stage["start"])))
-    return q
+    rows = [stage[key][k] for k in (i - 1, i) for key in ("q", "qd", "qdd")]
+    return [quintic((t - times[i - 1]) / h, h, column[:3], column[3:]) for column in zip(*rows)]
 
 
 def ends_at(stage):
     return stage["start"] + stage["t"][-1]
 
 
-def object_pose(plan, thing, robots, t):
-    """Where a hold carries the object; after the last one it stays where that left it."""
-    holds = [
-        (stage, hold)
-        for stage in plan["stages"]
-        for hold in stage["holding"]
-        if hold["object"] == thing["name"] and stage["start"] <= t
-    ]
-    if holds:
-        hold = holds[-1][1]
-        t = min(t, max(ends_at(stage) for stage, _ in holds))
-    else:
+class Motion:
+    """What moves in a plan file, and when."""
+
+    def __init__(self, file):
+        plan = file["plan"] or {"holders": [], "stages": []}
+        self.scene = file["scene"]
+        self.holders = plan["holders"]
+        self.stages = sorted(plan["stages"], key=lambda s: s["start"])
+        self.end = max((ends_at(stage) for stage in self.stages), default=0.0)
+        # From the end of a holder's grasp, or the start, to the end of its release, or for good.
+        self.holds = []
+        for k in range(len(self.holders)):
+            self.holds.append((self.end_of(k, "grasp", 0.0), self.end_of(k, "release", math.inf)))
+
+    def end_of(self, holder, action, otherwise):
+        return next((ends_at(s) for s in self.stages if (s["holder"], s["action"]) == (holder, action)), otherwise)
+
+    def label(self, stage):
+        holder = self.holders[stage["holder"]]
+        return f"{holder['robot']}/{holder['arm']} {stage['action']}"
+
+    def joints(self, t):
+        q = {robot["name"]: dict(robot["q_start"]) for robot in self.scene["robots"]}
+        for stage in self.stages:
+            if stage["start"] <= t:
+                q[stage["robot"]].update(zip(stage["joints"], sample(stage, t - stage["start"])))
+        return q
+
+    def colour(self, robot):
+        order = list(dict.fromkeys(holder["robot"] for holder in self.holders))
+        return ROBOT_COLOURS[order.index(robot) % len(ROBOT_COLOURS)] if robot in order else IDLE_COLOUR
+
+    def planned_object(self, robots, t):
+        """Where the object is that is brought: with who holds it, else where it stands."""
+        put_down = self.holds[-1][1] if self.holds else math.inf
+        t = min(t, put_down)
+        for holder, (begin, end) in zip(self.holders, self.holds):
+            if begin <= t and (t < end or t == put_down == end):
+                X_WT = robots[holder["robot"]].pose(holder["tool_link"], self.joints(t)[holder["robot"]])
+                return compose(X_WT, inverse(of_quaternion(holder["X_OT"])))
+        return of_quaternion(self.scene["start"]["X_WO"])
+
+    def place(self, thing, robots, t):
+        if thing["name"] == self.scene["object"]:
+            return self.planned_object(robots, t)
         hold = thing["attached_to"]
-    if hold is None:
-        return of_quaternion(thing["X_WO"])
-    X_WL = robots[hold["robot"]].pose(hold["link"], joints_at(plan, t)[hold["robot"]])
-    return compose(X_WL, of_quaternion(hold["X_LO"]))
+        if hold is None:
+            return of_quaternion(thing["X_WO"])
+        X_WL = robots[hold["robot"]].pose(hold["link"], self.joints(t)[hold["robot"]])
+        return compose(X_WL, of_quaternion(hold["X_LO"]))
 
 
-def triangles_at(plan, root, t, hidden):
+def triangles_at(motion, root, t, hidden):
     """(corners in the world, colour) of everything."""
-    robots = {record["name"]: Robot(record, root) for record in plan["robots"]}
-    q = joints_at(plan, t)
+    scene = motion.scene
+    robots = {record["name"]: Robot(record, root) for record in scene["robots"]}
+    q = motion.joints(t)
     bodies = []
-    for i, (name, robot) in enumerate(robots.items()):
+    for name, robot in robots.items():
         for link, triangles in robot.links.items():
             if not hidden & {name, f"{name}/{link}"}:
-                bodies.append((robot.pose(link, q[name]), triangles, ROBOT_COLOURS[i % len(ROBOT_COLOURS)]))
-    for i, thing in enumerate(plan["objects"]):
+                bodies.append((robot.pose(link, q[name]), triangles, motion.colour(name)))
+    for i, thing in enumerate(scene["objects"]):
         name = thing["name"]
-        colour = {plan["object"]: OBJECT_COLOUR, "floor": FLOOR_COLOUR}.get(name, FURNITURE[i % len(FURNITURE)])
+        colour = {scene["object"]: OBJECT_COLOUR, "floor": FLOOR_COLOUR}.get(name, FURNITURE[i % len(FURNITURE)])
         if name not in hidden:
-            bodies.append((object_pose(plan, thing, robots, t), shape(thing["geometry"], root), colour))
+            bodies.append((motion.place(thing, robots, t), shape(thing["geometry"], root), colour))
     return [(tuple(move(X, p) for p in corners), colour) for X, shapes, colour in bodies for corners in shapes]
 
 
@@ -356,16 +397,16 @@ def png(picture, width, height):
     return b"\x89PNG\r\n\x1a\n" + body
 
 
-def moment(plan, arguments):
+def moment(motion, arguments):
     if arguments.time is not None:
         return arguments.time
-    if arguments.stage == "start":
-        return 0.0
-    ends = {stage["kind"]: ends_at(stage) for stage in plan["stages"]}
-    ends["end"] = max(ends.values())
-    if arguments.stage not in ends:
-        sys.exit(f"no stage {arguments.stage}; there are start, {', '.join(ends)}")
-    return ends[arguments.stage]
+    moments = {"start": 0.0}
+    for stage in motion.stages:
+        moments.setdefault(motion.label(stage), ends_at(stage))
+    moments["end"] = motion.end
+    if arguments.stage not in moments:
+        sys.exit(f"no stage {arguments.stage}; there are {', '.join(moments)}")
+    return moments[arguments.stage]
 
 
 def main():
@@ -378,7 +419,7 @@ def main():
     parser.add_argument("--zoom", type=float, default=1.0)
     parser.add_argument("--size", type=int, nargs=2, default=(960, 720))
     parser.add_argument("--hide", action="append", default=[], help="a robot, a robot/link, an object")
-    parser.add_argument("--object", help="what is handed over, in a dumped state")
+    parser.add_argument("--object", help="what is brought, in a dumped state")
     parser.add_argument("--root", type=pathlib.Path, default=ROOT)
     parser.add_argument("--output", type=pathlib.Path, default=pathlib.Path("plan.png"))
     arguments = parser.parse_args()
@@ -386,8 +427,11 @@ def main():
     if arguments.plan.suffix == ".obj":
         triangles = triangles_of(arguments.plan, arguments.object, hidden)
     else:
-        plan = json.loads(arguments.plan.read_text())["plan"]
-        triangles = triangles_at(plan, arguments.root, moment(plan, arguments), hidden)
+        file = json.loads(arguments.plan.read_text())
+        if file.get("format") != "handover-plan/2":
+            sys.exit(f"{arguments.plan}: is no plan file of the format handover-plan/2")
+        motion = Motion(file)
+        triangles = triangles_at(motion, arguments.root, moment(motion, arguments), hidden)
     camera = arguments.camera
     picture = render(triangles, camera[:3], camera[3:], arguments.zoom, *arguments.size)
     arguments.output.write_bytes(png(picture, *arguments.size))

@@ -14,8 +14,8 @@ using namespace std::chrono_literals;
 /// Answered requests that are kept at most: half of what the writer can hold.
 constexpr std::size_t kAnswered = 128;
 
-msg::PlanStage keyOnly(const RequestId& id) {
-  msg::PlanStage message;
+msg::PlanEvent keyOnly(const RequestId& id) {
+  msg::PlanEvent message;
   message.request_id(id.bytes);
   return message;
 }
@@ -38,7 +38,7 @@ ClientStream::~ClientStream() {
   changed_.notify_all();
 }
 
-void ClientStream::publish(const PlanStage& stage) {
+void ClientStream::publish(const PlanEvent& event) {
   {
     const std::lock_guard lock(mutex_);
     last_used_ = Clock::now();
@@ -47,7 +47,7 @@ void ClientStream::publish(const PlanStage& stage) {
       dropped_ = true;
       backlog_.clear();
     } else {
-      backlog_.push_back(stage);
+      backlog_.push_back(event);
     }
   }
   changed_.notify_all();
@@ -91,16 +91,16 @@ void ClientStream::loop() noexcept {
 }
 
 void ClientStream::run() {
-  wire::Writer<msg::PlanStage> writer(participant_, {.partition = client_id_});
+  wire::Writer<msg::PlanEvent> writer(participant_, {.partition = client_id_});
   while (true) {
-    std::deque<PlanStage> batch;
+    std::deque<PlanEvent> batch;
     {
       std::unique_lock lock(mutex_);
       const auto wake = [this] {
         return stopping_ || dropped_ || flush_wanted_ || !backlog_.empty();
       };
       if (flush_wanted_ && backlog_.empty()) {
-        // Only when asked: stages that came meanwhile would wait for the acknowledgement.
+        // Only when asked: events that came meanwhile would wait for the acknowledgement.
         lock.unlock();
         const bool all = writer.waitForAcknowledgments(50ms);
         lock.lock();
@@ -116,8 +116,8 @@ void ClientStream::run() {
       if (stopping_ || dropped_) return;
       batch.swap(backlog_);
     }
-    for (const PlanStage& stage : batch) {
-      if (send(writer, stage)) continue;
+    for (const PlanEvent& event : batch) {
+      if (send(writer, event)) continue;
       const std::lock_guard lock(mutex_);
       dropped_ = true;
       return;
@@ -126,8 +126,8 @@ void ClientStream::run() {
   }
 }
 
-bool ClientStream::send(wire::Writer<msg::PlanStage>& writer, const PlanStage& stage) {
-  if (stage.sequence == 0) {
+bool ClientStream::send(wire::Writer<msg::PlanEvent>& writer, const PlanEvent& event) {
+  if (event.sequence == 0) {
     if (answered_.size() >= kAnswered) {
       writer.waitForAcknowledgments(1s);  // what is forgotten is not sent again
       forget(writer, Clock::time_point::max());
@@ -137,11 +137,11 @@ bool ClientStream::send(wire::Writer<msg::PlanStage>& writer, const PlanStage& s
   }
   // One try blocks for the writer's blocking time; the client's lease is longer than that.
   for (int attempt = 0; attempt < 5; ++attempt) {
-    const auto result = writer.write(wire::encode(stage));
+    const auto result = writer.write(wire::encode(event));
     if (result == wire::WriteResult::kOk) {
-      if (std::holds_alternative<Outcome>(stage.payload)) {
-        writer.dispose(keyOnly(stage.request_id));
-        answered_.push_back({stage.request_id, Clock::now()});
+      if (std::holds_alternative<Outcome>(event.payload)) {
+        writer.dispose(keyOnly(event.request_id));
+        answered_.push_back({event.request_id, Clock::now()});
       }
       return true;
     }
@@ -152,7 +152,7 @@ bool ClientStream::send(wire::Writer<msg::PlanStage>& writer, const PlanStage& s
   return false;
 }
 
-void ClientStream::forget(wire::Writer<msg::PlanStage>& writer, Clock::time_point now) {
+void ClientStream::forget(wire::Writer<msg::PlanEvent>& writer, Clock::time_point now) {
   // A full writer forgets the older half of its answers before their time: not one by one, or each
   // request from then on would wait for the acknowledgement, which takes up to a heartbeat.
   const bool full = now == Clock::time_point::max();

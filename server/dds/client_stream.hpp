@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way to one client: a bounded queue, a thread and a stage writer in the client's partition, so
-// that a slow or dead client holds up nobody else.
+// The way to one client: a bounded queue, a thread and an events writer in the client's partition,
+// so that a slow or dead client holds up nobody else.
 #pragma once
 
 #include "wire/entities.hpp"
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
 #include <chrono>
 #include <condition_variable>
@@ -34,7 +34,7 @@ class ClientStream {
   ClientStream(const ClientStream&) = delete;
   ClientStream& operator=(const ClientStream&) = delete;
 
-  void publish(const PlanStage& stage);
+  void publish(const PlanEvent& event);
   /// True when nothing was published for the retention time and all instances are gone.
   bool idle() const;
   /// Waits until the client has what was published before, or the time is over.
@@ -50,8 +50,8 @@ class ClientStream {
 
   void loop() noexcept;
   void run();
-  bool send(wire::Writer<msg::PlanStage>& writer, const PlanStage& stage);
-  void forget(wire::Writer<msg::PlanStage>& writer, Clock::time_point now);
+  bool send(wire::Writer<msg::PlanEvent>& writer, const PlanEvent& event);
+  void forget(wire::Writer<msg::PlanEvent>& writer, Clock::time_point now);
 
   const wire::Participant& participant_;
   const std::string client_id_;
@@ -61,7 +61,7 @@ class ClientStream {
 
   mutable std::mutex mutex_;  // guards all below but the thread
   std::condition_variable changed_;
-  std::deque<PlanStage> backlog_;
+  std::deque<PlanEvent> backlog_;
   bool stopping_ = false, dropped_ = false;
   bool flush_wanted_ = false;  // until the client has acknowledged everything
   std::size_t instances_ = 0;

@@ -6,7 +6,7 @@
 #include "settings/yaml_reader.hpp"
 
 #include <handover/common/geometry.hpp>
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
 #include <map>
 #include <optional>
@@ -45,12 +45,21 @@ struct ObjectDescription {
   std::map<std::string, std::map<std::string, int>> grasp_counts;
 };
 
+/// `none`, or objects' names.
+struct RestDescription {
+  bool none = false;
+  std::vector<std::string> objects;
+};
+
 struct TaskDescription {
-  std::string name, object, giver, receiver;
+  std::string name, object;
+  std::vector<std::string> chain;  ///< `robot` or `robot/arm` each; empty: auto
   std::optional<FramedPose> start;
-  std::optional<std::vector<std::string>> start_rest;
+  std::string held_by;  ///< `robot/arm` that has the object at the start; empty: it lies
+  std::optional<RestDescription> start_rest;
   FramedPose goal;
-  std::optional<std::vector<std::string>> goal_rest;
+  std::optional<RestDescription> goal_rest;
+  TransportEnd end = TransportEnd::kRelease;
 };
 
 struct CellDescription {

@@ -65,7 +65,7 @@ void checkVariations(const std::vector<Variation>& variations, YamlReport& repor
 /// Loads the models that the cell names and that are not there yet; collects what is wrong with
 /// them.
 void loadModels(const CellDescription& cell, const std::filesystem::path& root,
-                const MeshDivider& divide, ModelCache& models, YamlReport& report,
+                const ConvexDecomposer& divide, ModelCache& models, YamlReport& report,
                 std::vector<FileFault>& faults) {
   std::map<std::string, bool> tried;
   for (const RobotDescription& robot : cell.robots) {
@@ -97,7 +97,7 @@ bool entriesKnown(const YamlReport& report) {
 
 struct Cell::Data {
   std::filesystem::path file, root;
-  MeshDivider divide;
+  ConvexDecomposer divide;
   YamlNode document;
   CellDescription description;
   ModelCache models;                          ///< those of this cell
@@ -107,7 +107,7 @@ struct Cell::Data {
 };
 
 Cell Cell::load(const std::filesystem::path& file, const std::filesystem::path& root,
-                ModelCache& models, const MeshDivider& divide) {
+                ModelCache& models, const ConvexDecomposer& divide) {
   auto data = std::make_shared<Data>();
   data->file = file;
   data->root = root;

@@ -37,7 +37,7 @@ class Cell {
   /// `divide` is for meshes that are not convex, now and when overrides name others; safe from any
   /// thread. @throws FileError with every fault of the cell and of the robot files it names.
   static Cell load(const std::filesystem::path& file, const std::filesystem::path& root,
-                   ModelCache& models, const MeshDivider& divide = convexParts);
+                   ModelCache& models, const ConvexDecomposer& divide = convexParts);
 
   const std::string& name() const;
   const std::filesystem::path& file() const;

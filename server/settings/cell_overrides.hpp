@@ -4,7 +4,7 @@
 
 #include "settings/yaml_reader.hpp"
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
 #include <vector>
 

@@ -259,18 +259,71 @@ ObjectDescription readObject(const std::string& name, const YamlValue& value) {
 
 // ---- tasks and variations
 
+/// A list of `robot` or `robot/arm`, or `auto`; or giver and receiver, a chain of two.
+std::vector<std::string> readChain(YamlMap& task, const YamlValue& value) {
+  const YamlValue* chain = task.find("chain");
+  const YamlValue* giver = task.find("giver");
+  const YamlValue* receiver = task.find("receiver");
+  if (chain == nullptr && (giver != nullptr || receiver != nullptr)) {
+    return {requiredName(task, "giver"), requiredName(task, "receiver")};
+  }
+  if (chain == nullptr) {
+    value.fault("needs a chain: [robot or robot/arm, ...] or auto");
+    return {};
+  }
+  if (giver != nullptr || receiver != nullptr) {
+    chain->fault("stands in place of giver and receiver: not both");
+  }
+  if (chain->isScalar()) {
+    if (chain->text().value_or("") != kAutoChain) chain->fault("must be a list or auto");
+    return {};
+  }
+  const auto holders = chain->texts().value_or(std::vector<std::string>());
+  if (holders.empty()) chain->fault("is empty");
+  if (holders.size() > bounds::kHolders) {
+    chain->fault("has more than " + std::to_string(bounds::kHolders) + " holders");
+  }
+  return holders;
+}
+
+std::optional<RestDescription> readRest(YamlMap& task, const char* key) {
+  const YamlValue* value = task.find(key);
+  if (value == nullptr) return std::nullopt;
+  if (value->isScalar()) {
+    if (value->text().value_or("") != "none") value->fault("must be a list of objects or none");
+    return RestDescription{true, {}};
+  }
+  return RestDescription{false, value->texts().value_or(std::vector<std::string>())};
+}
+
+/// A pose, or {held_by: robot/arm}.
+void readStart(const YamlValue& value, TaskDescription& task) {
+  auto map = value.map();
+  if (!map) return;
+  if (map->find("held_by") == nullptr) {
+    task.start = readFramedPose(value);
+    return;
+  }
+  task.held_by = requiredName(*map, "held_by");
+  map->finish();
+}
+
 TaskDescription readTask(const std::string& name, const YamlValue& value) {
   TaskDescription task;
   task.name = name;
   auto map = value.map();
   if (!map) return task;
   task.object = requiredName(*map, "object");
-  task.giver = requiredName(*map, "giver");
-  task.receiver = requiredName(*map, "receiver");
-  if (const YamlValue* start = map->find("start")) task.start = readFramedPose(*start);
-  if (map->find("start_rest") != nullptr) task.start_rest = optionalTexts(*map, "start_rest");
+  task.chain = readChain(*map, value);
+  if (const YamlValue* start = map->find("start")) readStart(*start, task);
+  task.start_rest = readRest(*map, "start_rest");
   if (const YamlValue* goal = map->require("goal")) task.goal = readFramedPose(*goal);
-  if (map->find("goal_rest") != nullptr) task.goal_rest = optionalTexts(*map, "goal_rest");
+  task.goal_rest = readRest(*map, "goal_rest");
+  if (const YamlValue* end = map->find("end")) {
+    const auto word = end->oneOf({"release", "hold"});
+    if (word) task.end = fromString<TransportEnd>(*word).value_or(TransportEnd::kRelease);
+  }
+  if (const YamlValue* upright = map->find("upright")) upright->fault("not built yet");
   map->finish();
   return task;
 }
@@ -291,7 +344,7 @@ void readRange(const YamlValue& range, Variation& variation) {
     return range.fault("must have two ends of the same size");
   }
   for (std::size_t i = 0; i < variation.from.size(); ++i) {
-    if (variation.from[i] > variation.to[i]) return range.fault("ends before it starts");
+    if (variation.from[i] > variation.to[i]) return range.fault("lower bound exceeds upper");
   }
 }
 

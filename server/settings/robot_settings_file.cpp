@@ -9,10 +9,16 @@ namespace {
 constexpr NumberRange kLength{-1000, 1000};      // [m]
 constexpr NumberRange kAngle{-1000, 1000};       // [rad]
 constexpr NumberRange kAcceleration{1e-6, 1e6};  // [rad/s^2]
+constexpr NumberRange kJerk{1e-6, 1e9};          // [rad/s^3]
 
 std::string requiredText(YamlMap& map, const char* key) {
   const YamlValue* value = map.require(key);
   return value == nullptr ? "" : value->text().value_or("");
+}
+
+std::optional<double> optionalJerk(YamlMap& map) {
+  const YamlValue* value = map.find("jerk");
+  return value == nullptr ? std::nullopt : value->number(kJerk);
 }
 
 /// A PATH as the plan file shows it: relative to the root where it lies inside, else absolute.
@@ -39,6 +45,7 @@ ArmSettings readArm(const std::string& name, const YamlValue& value) {
   if (const YamlValue* acceleration = map->require("acceleration")) {
     arm.acceleration = acceleration->number(kAcceleration).value_or(1);
   }
+  arm.jerk = optionalJerk(*map);
   if (const YamlValue* shoulder = map->find("shoulder"))
     arm.p_AShoulder = shoulder->vector(kLength);
   map->finish();
@@ -75,6 +82,7 @@ HandSettings readHand(const std::string& name, const YamlValue& value) {
   if (const YamlValue* acceleration = map->require("acceleration")) {
     hand.acceleration = acceleration->number(kAcceleration).value_or(1);
   }
+  hand.jerk = optionalJerk(*map);
   map->finish();
   return hand;
 }
@@ -93,6 +101,7 @@ RobotSettings readRobotSettings(const std::filesystem::path& file,
   if (!map) throw FileError(report.inFile(shown_file));
   if (const YamlValue* version = map->require("version")) version->integer(1, 1);
   if (const YamlValue* name = map->require("name")) settings.name = name->name().value_or("");
+  settings.yaml = besides(file, file.filename().string(), root);
   settings.urdf = besides(file, requiredText(*map, "urdf"), root);
   settings.srdf = besides(file, requiredText(*map, "srdf"), root);
   if (const YamlValue* value = map->require("arms")) {
@@ -112,6 +121,7 @@ RobotSettings readRobotSettings(const std::filesystem::path& file,
   if (const YamlValue* value = map->find("acceleration")) {
     settings.acceleration = value->number(kAcceleration).value_or(1);
   }
+  settings.jerk = optionalJerk(*map);
   map->finish();
   if (!report.clean()) throw FileError(report.inFile(shown_file));
   settings.lines = report.lines();

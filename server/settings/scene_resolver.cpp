@@ -17,7 +17,7 @@ constexpr int kSwivelSamples = 64;
 class SceneResolver {
  public:
   SceneResolver(const CellDescription& cell, const ModelCache& models,
-                const std::filesystem::path& root, const MeshDivider& divide,
+                const std::filesystem::path& root, const ConvexDecomposer& divide,
                 const std::map<std::string, KnownShapes>& known, YamlReport& report)
       : cell_(cell),
         models_(models),
@@ -296,7 +296,7 @@ class SceneResolver {
   }
 
   bool inACircle(const std::string& path) {
-    report_.add(path + ".frame", "this frame stands on what it carries");
+    report_.add(path + ".frame", "cyclic frame reference");
     return false;
   }
 
@@ -334,9 +334,11 @@ class SceneResolver {
     SceneTask task;
     task.name = description.name;
     task.object = description.object;
-    task.giver = description.giver;
-    task.receiver = description.receiver;
-    checkHands(description, path);
+    task.end = description.end;
+    for (const std::string& holder : description.chain) {
+      task.chain.push_back(holderNamed(holder, path + ".chain"));
+    }
+    checkChain(task, path);
     const int object = objectNamed(description.object, path + ".object");
     if (object < 0) return;
     if (scene().objects[static_cast<std::size_t>(object)].attached_to) {
@@ -344,23 +346,58 @@ class SceneResolver {
     }
     task.X_WO_start = scene().objects[static_cast<std::size_t>(object)].X_WO;
     if (description.start) place(*description.start, description, path + ".start", task.X_WO_start);
+    if (!description.held_by.empty()) addHeldBy(description, path, task);
     place(description.goal, description, path + ".goal", task.X_WO_goal);
     addRests(description, path, task);
     out_.tasks.push_back(std::move(task));
   }
 
-  void checkHands(const TaskDescription& task, const std::string& path) {
-    const std::pair<const char*, const std::string&> parts[] = {{"giver", task.giver},
-                                                                {"receiver", task.receiver}};
-    for (const auto& [part, name] : parts) {
-      const int robot = robotNamed(name);
-      if (robot < 0) {
-        report_.add(path + "." + part, "no robot '" + name + "' in this cell");
-      } else if (scene().robots[static_cast<std::size_t>(robot)].model->arms.empty()) {
-        report_.add(path + "." + part, "robot '" + name + "' has no arm");
+  /// `robot` or `robot/arm`; a fault, and no robot, for unknown names.
+  ChainHolder holderNamed(const std::string& name, const std::string& path) {
+    const std::size_t slash = name.find('/');
+    const std::string robot_name = name.substr(0, slash);
+    ChainHolder holder{robotNamed(robot_name), -1};
+    if (holder.robot < 0) {
+      report_.add(path, "no robot '" + robot_name + "' in this cell");
+      return holder;
+    }
+    const RobotModel& model = *scene().robots[static_cast<std::size_t>(holder.robot)].model;
+    if (slash == std::string::npos) {
+      if (model.arms.empty()) report_.add(path, "robot '" + robot_name + "' has no arm");
+      return holder;
+    }
+    const std::string arm = name.substr(slash + 1);
+    holder.arm = model.findArm(arm);
+    if (holder.arm < 0) report_.add(path, "robot '" + robot_name + "' has no arm '" + arm + "'");
+    return holder;
+  }
+
+  void checkChain(const SceneTask& task, const std::string& path) {
+    for (std::size_t i = 1; i < task.chain.size(); ++i) {
+      const ChainHolder& a = task.chain[i - 1];
+      const ChainHolder& b = task.chain[i];
+      if (a.robot < 0 || a.robot != b.robot) continue;
+      const RobotModel& model = *scene().robots[static_cast<std::size_t>(a.robot)].model;
+      if ((a.arm >= 0 && a.arm == b.arm) || model.arms.size() < 2) {
+        report_.add(path, "successive holders must be different arms");
       }
     }
-    if (task.giver == task.receiver) report_.add(path + ".receiver", "is the giver too");
+  }
+
+  void addHeldBy(const TaskDescription& description, const std::string& path, SceneTask& task) {
+    const ChainHolder holder = holderNamed(description.held_by, path + ".start.held_by");
+    if (holder.robot < 0) return;
+    if (holder.arm < 0) {
+      return report_.add(path + ".start.held_by", "must name the arm: robot/arm");
+    }
+    if (!task.chain.empty()) {
+      const ChainHolder& first = task.chain.front();
+      if (first.robot != holder.robot || (first.arm >= 0 && first.arm != holder.arm)) {
+        report_.add(path + ".chain", "must begin with " + description.held_by +
+                                         ", which holds the object at the start");
+      }
+    }
+    task.held_by = holder;
   }
 
   void place(const FramedPose& pose, const TaskDescription& task, const std::string& path,
@@ -371,36 +408,42 @@ class SceneResolver {
     if (const auto placed = inWorld(pose, path)) X_WO = *placed;
   }
 
-  /// By default an object rests on the one whose frame its start or goal is given in.
+  /// By default an object rests on the one whose frame its start or goal is given in; at its start
+  /// where the scene has it, on what the scene says.
   void addRests(const TaskDescription& task, const std::string& path, SceneTask& out) {
     const auto isObject = [&](const std::string& frame) { return scene().findObject(frame) >= 0; };
+    const auto object = static_cast<std::size_t>(scene().findObject(task.object));
+    const std::vector<std::string>& resting = scene().objects[object].resting;
     if (task.start_rest) {
-      out.start_rest = restsOf(*task.start_rest, task, path + ".start_rest");
+      out.start_rest = restOf(*task.start_rest, task, path + ".start_rest");
     } else if (task.start && isObject(task.start->frame)) {
-      out.start_rest = {task.start->frame};
+      out.start_rest.objects = {task.start->frame};
+    } else if (!task.start && !resting.empty()) {
+      out.start_rest.objects = resting;
     }
     if (task.goal_rest) {
-      out.goal_rest = restsOf(*task.goal_rest, task, path + ".goal_rest");
+      out.goal_rest = restOf(*task.goal_rest, task, path + ".goal_rest");
     } else if (isObject(task.goal.frame)) {
-      out.goal_rest = {task.goal.frame};
+      out.goal_rest.objects = {task.goal.frame};
     }
   }
 
-  std::vector<std::string> restsOf(const std::vector<std::string>& names,
-                                   const TaskDescription& task, const std::string& path) {
-    std::vector<std::string> rests;
-    for (const std::string& name : names) {
+  TaskRest restOf(const RestDescription& rest, const TaskDescription& task,
+                  const std::string& path) {
+    if (rest.none) return {true, std::nullopt};
+    std::vector<std::string> objects;
+    for (const std::string& name : rest.objects) {
       if (objectNamed(name, path) < 0) continue;
       if (name == task.object) report_.add(path, "rests on itself");
-      rests.push_back(name);
+      objects.push_back(name);
     }
-    return rests;
+    return {false, std::move(objects)};
   }
 
   const CellDescription& cell_;
   const ModelCache& models_;
   const std::filesystem::path& root_;
-  const MeshDivider& divide_;
+  const ConvexDecomposer& divide_;
   const std::map<std::string, KnownShapes>& known_;
   MeshTotal meshes_;  ///< of the objects so far
   YamlReport& report_;
@@ -412,7 +455,7 @@ class SceneResolver {
 }  // namespace
 
 ResolvedCell resolveCell(const CellDescription& cell, const ModelCache& models,
-                         const std::filesystem::path& root, const MeshDivider& divide,
+                         const std::filesystem::path& root, const ConvexDecomposer& divide,
                          const std::map<std::string, KnownShapes>& known, YamlReport& report) {
   return SceneResolver(cell, models, root, divide, known, report).resolve();
 }

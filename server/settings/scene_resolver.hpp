@@ -27,7 +27,7 @@ struct ResolvedCell {
 /// again, and `divide` takes those that are not convex. Faults go to `report` by path; the result
 /// is usable only if there were none.
 ResolvedCell resolveCell(const CellDescription& cell, const ModelCache& models,
-                         const std::filesystem::path& root, const MeshDivider& divide,
+                         const std::filesystem::path& root, const ConvexDecomposer& divide,
                          const std::map<std::string, KnownShapes>& known, YamlReport& report);
 
 }  // namespace handover

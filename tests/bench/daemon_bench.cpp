@@ -40,7 +40,7 @@ Arrivals ask(client::Client& client, PlanRequest request) {
   Arrivals arrivals;
   std::map<std::uint32_t, int> stages;  // that are there, by solution
   const auto begin = Clock::now();
-  const auto handle = client.plan(std::move(request), [&](const PlanStage& stage) {
+  const auto handle = client.plan(std::move(request), [&](const PlanEvent& stage) {
     const double now = secondsSince(begin);
     if (std::holds_alternative<Accepted>(stage.payload)) arrivals.accepted = now;
     if (std::holds_alternative<ArmSelected>(stage.payload) && arrivals.arms == 0) {

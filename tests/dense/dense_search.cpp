@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dense_search.hpp"
 
-#include "core/handover/exchange.hpp"
-#include "core/handover/stage_timing.hpp"
+#include "core/planning/exchange.hpp"
+#include "core/planning/stage_timing.hpp"
 #include "random_order.hpp"
 
 #include <algorithm>
@@ -24,7 +24,7 @@ constexpr std::uint32_t kMoreIterations = 100;
 
 /// One giver arm with one receiver arm, and its part of the grid: points x rotations x places.
 struct Pairing {
-  Role giver, receiver;
+  Manipulator giver, receiver;
   std::unique_ptr<ExchangePlanner> exchange, thorough;
   PrunedGrasps picks, places;
   std::vector<Eigen::Vector3d> points;       ///< of the receiver's tool, in the world
@@ -97,7 +97,7 @@ Eigen::Matrix3d rotation(double angle, const Eigen::Vector3d& axis) {
 }
 
 void setGrid(const HandoverProblem& problem, Pairing& pairing) {
-  const Role& receiver = pairing.receiver;
+  const Manipulator& receiver = pairing.receiver;
   const Eigen::Vector3d& approach_T = receiver.arm_model->approach_axis;
   const Eigen::Vector3d z = (pairing.giver.map.p_WShoulder - receiver.map.p_WShoulder).normalized();
   pairing.z_shoulder = z;
@@ -149,8 +149,8 @@ class DenseSearch {
     for (const int g : fitArms(giver, problem.giver_arm)) {
       for (const int r : fitArms(receiver, problem.receiver_arm)) {
         auto pairing = std::make_unique<Pairing>();
-        pairing->giver = makeRole(problem, giver, g);
-        pairing->receiver = makeRole(problem, receiver, r);
+        pairing->giver = makeManipulator(problem, giver, g);
+        pairing->receiver = makeManipulator(problem, receiver, r);
         const auto planner = [&](const ExchangeBudget& budget) {
           return std::make_unique<ExchangePlanner>(problem, pairing->giver, pairing->receiver,
                                                    world_, spare_world_, budget, never_);

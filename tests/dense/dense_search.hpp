@@ -3,8 +3,8 @@
 // motions but not its choice of handover poses.
 #pragma once
 
-#include "core/handover/planner.hpp"
-#include "core/handover/reject_tally.hpp"
+#include "core/planning/planner.hpp"
+#include "core/planning/reject_tally.hpp"
 
 #include <optional>
 #include <string>

@@ -2,7 +2,7 @@
 // dense_search: are the failures of an experiment infeasible, or gaps in the planner's search?
 #include "dense_search.hpp"
 #include "draw.hpp"
-#include "runtime/cell_service.hpp"
+#include "cells/cell_service.hpp"
 #include "settings/roots.hpp"
 #include "support/recorder.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "random_cell.hpp"
 
-#include "core/handover/cell_state.hpp"
+#include "core/planning/collision_context.hpp"
 
 #include <algorithm>
 #include <array>

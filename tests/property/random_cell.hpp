@@ -3,7 +3,7 @@
 // handover, some have none.
 #pragma once
 
-#include "core/handover/planner.hpp"
+#include "core/planning/planner.hpp"
 #include "small_robots.hpp"
 
 #include <rapidcheck.h>

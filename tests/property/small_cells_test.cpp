@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What holds for every answer: the same for the same problem, counts that add up, stages that join,
 // an end soon after a cancel.
-#include "core/handover/cell_state.hpp"
+#include "core/planning/collision_context.hpp"
 #include "random_cell.hpp"
 #include "support/plan_text.hpp"
 #include "support/property.hpp"

@@ -129,7 +129,7 @@ TEST_P(RobotContacts, NoContactOnAMotionEscapesTheProof) {
         waypoints.push_back(waypoints.back() + reach * (draw() - waypoints.back()));
       }
       const PolylineMotion motion(waypoints);
-      const bool proven = checker.validAlong(motion);
+      const bool proven = checker.isMotionFree(motion);
       EXPECT_EQ(!checker.hitAlong(motion).has_value(), proven);
       ++(proven ? free : touching);
       constexpr int kLooks = 1000;

@@ -2,7 +2,7 @@
 // Keeps what planning emits.
 #pragma once
 
-#include "core/handover/planner.hpp"
+#include "core/planning/plan_event_sink.hpp"
 
 #include <vector>
 
@@ -10,7 +10,7 @@ namespace handover::test {
 
 /// Those of one sort.
 template <typename T>
-std::vector<T> allOf(const std::vector<StagePayload>& stages) {
+std::vector<T> allOf(const std::vector<PlanEventPayload>& stages) {
   std::vector<T> found;
   for (const auto& stage : stages) {
     if (const auto* payload = std::get_if<T>(&stage)) found.push_back(*payload);
@@ -18,16 +18,16 @@ std::vector<T> allOf(const std::vector<StagePayload>& stages) {
   return found;
 }
 
-class Recorder : public StageSink {
+class Recorder : public PlanEventSink {
  public:
-  void emit(StagePayload payload) override { stages.push_back(std::move(payload)); }
+  void emit(PlanEventPayload payload) override { stages.push_back(std::move(payload)); }
 
   template <typename T>
   std::vector<T> all() const {
     return allOf<T>(stages);
   }
 
-  std::vector<StagePayload> stages;
+  std::vector<PlanEventPayload> stages;
 };
 
 }  // namespace handover::test

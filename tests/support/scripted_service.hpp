@@ -3,7 +3,7 @@
 #pragma once
 
 #include "runtime/plan_service.hpp"
-#include "sample_stages.hpp"
+#include "sample_events.hpp"
 
 #include <condition_variable>
 #include <mutex>
@@ -22,7 +22,7 @@ class ScriptedService : public PlanService {
 
   void prepare(const Deadline&) override {}
 
-  Outcome plan(const PlanRequest& request, StageSink& sink, const Deadline& deadline) override {
+  Outcome plan(const PlanRequest& request, PlanEventSink& sink, const Deadline& deadline) override {
     if (request.task == "throw") throw std::runtime_error("thrown as asked");
     if (request.task == "fail") return sampleFailure();
     if (request.task == "hold") return hold(sink, deadline);
@@ -52,7 +52,7 @@ class ScriptedService : public PlanService {
   }
 
   /// Emits stages 7 ms apart, as a search does.
-  static Outcome pace(StageSink& sink) {
+  static Outcome pace(PlanEventSink& sink) {
     std::mutex mutex;
     std::condition_variable never;
     std::unique_lock lock(mutex);
@@ -64,7 +64,7 @@ class ScriptedService : public PlanService {
   }
 
   /// Emits a stage and searches until it is stopped.
-  static Outcome hold(StageSink& sink, const Deadline& deadline) {
+  static Outcome hold(PlanEventSink& sink, const Deadline& deadline) {
     sink.emit(ArmSelected{"left", "right", {}});
     std::mutex mutex;
     std::condition_variable never;

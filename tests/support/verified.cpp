@@ -9,11 +9,11 @@
 
 namespace handover::test {
 
-std::string planText(const std::vector<StagePayload>& stages, const Outcome& outcome) {
+std::string planText(const std::vector<PlanEventPayload>& stages, const Outcome& outcome) {
   client::PlanFile file;
   std::uint32_t sequence = 0;
   file.add({RequestId{}, sequence++, 0.0, Accepted{}});
-  for (const StagePayload& payload : stages) file.add({RequestId{}, sequence++, 0.0, payload});
+  for (const PlanEventPayload& payload : stages) file.add({RequestId{}, sequence++, 0.0, payload});
   file.add({RequestId{}, sequence, 0.0, outcome});
   return file.text();
 }
@@ -29,7 +29,7 @@ testing::AssertionResult verifiedFile(const std::filesystem::path& file,
   }
 }
 
-testing::AssertionResult verified(const std::vector<StagePayload>& stages, const Outcome& outcome,
+testing::AssertionResult verified(const std::vector<PlanEventPayload>& stages, const Outcome& outcome,
                                   const std::filesystem::path& root) {
   if (!std::holds_alternative<Done>(outcome)) {
     const auto* failed = std::get_if<Failed>(&outcome);

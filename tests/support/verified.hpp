@@ -3,7 +3,7 @@
 // verifier, which shares no code with the planner.
 #pragma once
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
 #include <gtest/gtest.h>
 
@@ -15,12 +15,12 @@ namespace handover::test {
 
 /// The text of the plan file for what planning emitted and answered.
 /// @throws std::logic_error unless the outcome is a whole plan.
-std::string planText(const std::vector<StagePayload>& stages, const Outcome& outcome);
+std::string planText(const std::vector<PlanEventPayload>& stages, const Outcome& outcome);
 
 /// Success when the outcome is a plan that the verifier finds valid. `root`: what the scene's paths
 /// are relative to.
-testing::AssertionResult verified(const std::vector<StagePayload>& stages, const Outcome& outcome,
-                                  const std::filesystem::path& root);
+testing::AssertionResult verified(const std::vector<PlanEventPayload>& stages,
+                                  const Outcome& outcome, const std::filesystem::path& root);
 testing::AssertionResult verifiedFile(const std::filesystem::path& file,
                                       const std::filesystem::path& root);
 

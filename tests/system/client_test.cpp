@@ -31,7 +31,7 @@ class ClientOfAnotherProcess : public testing::Test {
 TEST_F(ClientOfAnotherProcess, IsAnsweredAgainAndAgain) {
   for (int i = 0; i < 20; ++i) {
     int stages = 0;
-    const auto handle = client_.plan(scripted("answer"), [&stages](const PlanStage&) { ++stages; });
+    const auto handle = client_.plan(scripted("answer"), [&stages](const PlanEvent&) { ++stages; });
     ASSERT_TRUE(handle.waitFor(20s)) << "request " << i;
     EXPECT_TRUE(std::holds_alternative<Done>(handle.wait()));
     EXPECT_GT(stages, 10);
@@ -54,7 +54,7 @@ TEST_F(ClientOfAnotherProcess, CanCancelWhatWasTakenThoughInterrupted) {
   for (int i = 0; i < 8; ++i) {
     Client client({.domain = domain_, .client_id = {}, .wait = 20s});
     const auto handle =
-        client.plan(scripted("hold"), [&client](const PlanStage&) { client.interrupt(); });
+        client.plan(scripted("hold"), [&client](const PlanEvent&) { client.interrupt(); });
     handle.cancel();
     ASSERT_TRUE(handle.waitFor(20s));
     EXPECT_TRUE(std::holds_alternative<Cancelled>(handle.wait()));

@@ -6,7 +6,10 @@ import {OBJLoader} from 'three/addons/loaders/OBJLoader.js';
 import {STLLoader} from 'three/addons/loaders/STLLoader.js';
 import URDFLoader from 'urdf-loader';
 
-const COLOURS = {giver: 0xd9985f, receiver: 0x7fa6cf, other: 0xb8bec6, hand: 0x4c5561, object: 0x3fa34d, carried: 0x8d949c};
+import {armOf, coloursOf} from './holders.js';
+
+const COLOURS = {idle: 0xb8bec6, hand: 0x4c5561, object: 0x3fa34d, carried: 0x8d949c, start: 0x777777, goal: 0x2b7de9,
+                 handover: 0xd0021b, touching: 0xe02020};
 const THINGS = [0xe3e4e6, 0xd9cbb2, 0xc3ccd3, 0xcfd3c2, 0xd3c6c3];
 
 function material(colour, options = {}) {
@@ -23,6 +26,11 @@ export function place(object, matrix) {
   object.matrixAutoUpdate = false;
   object.matrix.copy(matrix);
   object.matrixWorldNeedsUpdate = true;
+}
+
+function placed(object, pose) {
+  place(object, matrixOf(pose));
+  return object;
 }
 
 function bytesOf(base64) { return Uint8Array.from(atob(base64), (c) => c.charCodeAt(0)); }
@@ -87,19 +95,24 @@ function axes(size) {
 }
 
 export class Cell {
-  /** @param data {plan, files, meshes}: the plan file, texts by path, and per URDF its mesh names' paths. */
-  constructor(data) {
-    this.plan = data.plan.plan;
+  /** @param data {file, files, meshes}: the plan file, texts by path, and per URDF its mesh names' paths. */
+  constructor({file, files, meshes}, motion) {
+    Object.assign(this, {motion, plan: file.plan, description: file.scene});
+    this.holders = this.plan?.holders ?? [];
     this.scene = new THREE.Scene();
     this.scene.background = new THREE.Color(0xeef1f5);
-    this.meshes = new Meshes(data.files);
+    this.meshes = new Meshes(files);
     this.robots = new Map();
     this.objects = new Map();
-    this.markers = {handover: new THREE.Group(), grasps: new THREE.Group(), goal: new THREE.Group(), trace: new THREE.Group()};
+    this.markers = {};
+    for (const name of ['handover', 'grasps', 'goal', 'trace', 'farthest']) this.markers[name] = new THREE.Group();
     this.addLights();
-    for (const robot of this.plan.robots) this.addRobot(robot, data);
-    for (const object of this.plan.objects) this.addObject(object);
-    this.addMarkers();
+    for (const robot of this.description.robots) this.addRobot(robot, files[robot.urdf].text, meshes[robot.urdf]);
+    this.colourArms();
+    for (const object of this.description.objects) this.addObject(object);
+    this.addMarkers(file.explanation?.farthest);
+    this.setJoints(Number.isFinite(motion.put_down) ? motion.put_down : 0);
+    this.X_WO_end = this.heldBy(this.holders.length - 1);
   }
 
   addLights() {
@@ -113,48 +126,59 @@ export class Cell {
     this.scene.add(sun);
   }
 
-  addRobot(entry, data) {
+  addRobot(entry, urdf, meshes) {
     const loader = new URDFLoader();
     loader.parseVisual = true;
     loader.parseCollision = true;
     loader.workingPath = '';
     loader.packages = (name) => `package://${name}`;
     loader.loadMeshCb = (name, manager, unused, done) => {
+      if (meshes[name] === undefined) {
+        done(null);  // a picture that is not there; see below
+        return;
+      }
       try {
-        done(this.meshes.load(data.meshes[entry.urdf][name]));
+        done(this.meshes.load(meshes[name]));
       } catch (error) {
         done(null, error);
       }
     };
-    const robot = loader.parse(data.files[entry.urdf].text);
+    const robot = loader.parse(urdf);
     for (const link of Object.values(robot.links)) {  // shapes stand in where a link shows nothing else
-      const visible = link.children.some((child) => child.isURDFVisual);
-      for (const child of link.children) if (child.isURDFCollider) child.visible = !visible;
+      const pictures = link.children.filter((child) => child.isURDFVisual && child.getObjectByProperty('isMesh', true));
+      for (const child of link.children) if (child.isURDFCollider) child.visible = pictures.length === 0;
     }
-    const role = entry.name === this.plan.giver ? 'giver' : entry.name === this.plan.receiver ? 'receiver' : 'other';
-    dress(robot, material(COLOURS[role]));
-    for (const link of [this.plan.giver_tool_link, this.plan.receiver_tool_link]) {
-      if (robot.links[link]) this.darkenHand(robot, robot.links[link]);
-    }
+    dress(robot, material(COLOURS.idle));
     for (const joint of Object.values(robot.joints)) joint.ignoreLimits = true;
-    const base = new THREE.Group().add(robot);
-    place(base, matrixOf(entry.X_WB));
-    this.scene.add(base);
+    this.scene.add(placed(new THREE.Group().add(robot), entry.X_WB));
     this.robots.set(entry.name, robot);
   }
 
-  /** The chosen hand, palm and fingers, stands out: all that hangs on the nearest link with more than one joint. */
-  darkenHand(robot, tool) {
-    let link = tool;
-    while (link && link !== robot && !(link.isURDFLink && link.children.filter((c) => c.isURDFJoint && c.jointType !== 'fixed').length > 1)) {
-      link = link.parent;
+  /** A robot has the colour of the arm that is in the chain; with several of them, each arm has its own. Hands stand out. */
+  colourArms() {
+    const colours = coloursOf(this.holders);
+    this.holders.forEach((holder, k) => {
+      const robot = this.robots.get(holder.robot);
+      const alone = this.holders.every((other) => other.robot !== holder.robot || armOf(other) === armOf(holder));
+      dress(alone ? robot : this.topOf(k), material(new THREE.Color(colours[k].light)));
+    });
+    for (const {robot, hand} of this.holders) {
+      for (const link of [hand.palm, hand.cup_link, ...(hand.fingers ?? [])]) {
+        if (link) dress(this.robots.get(robot).links[link], material(COLOURS.hand));
+      }
     }
-    if (link && link !== robot && link.children.some((c) => c.isURDFJoint)) dress(link, material(COLOURS.hand));
+  }
+
+  /** The joint above all that a holder's arm moves: the first of those that carry the object. */
+  topOf(holder) {
+    const robot = this.robots.get(this.holders[holder].robot);
+    const joints = this.motion.stageOf(holder, 'carry').joints.map((name) => robot.joints[name]);
+    return joints.find((joint) => joints.every((other) => other === joint || !other.getObjectById(joint.id)));
   }
 
   addObject(entry) {
     const group = new THREE.Group();
-    const colour = entry.name === this.plan.object ? COLOURS.object :
+    const colour = entry.name === this.description.object ? COLOURS.object :
         entry.attached_to ? COLOURS.carried : THINGS[this.objects.size % THINGS.length];
     group.add(dress(geometryOf(entry.geometry, this.meshes), material(colour)));
     place(group, matrixOf(entry.X_WO));
@@ -168,53 +192,86 @@ export class Cell {
   }
 
   ghost(pose, colour) {
-    const entry = this.plan.objects.find((object) => object.name === this.plan.object);
+    const entry = this.description.objects.find((object) => object.name === this.description.object);
     const group = new THREE.Group();
     group.add(dress(geometryOf(entry.geometry, this.meshes), material(colour, {transparent: true, opacity: 0.25, depthWrite: false})));
     group.traverse((child) => { child.castShadow = false; });
-    place(group, matrixOf(pose));
-    return group;
+    return placed(group, pose);
   }
 
-  addMarkers() {
-    const {plan, markers} = this;
-    const handover = axes(0.12);
-    place(handover, matrixOf(plan.X_WO_handover));
-    markers.handover.add(this.ghost(plan.X_WO_handover, 0xd0021b), handover);
-    markers.goal.add(this.ghost(plan.X_WO_start, 0x777777), this.ghost(plan.X_WO_goal, 0x2b7de9));
-    for (const X_OT of [plan.X_OT_giver, plan.X_OT_receiver]) {
-      const grasp = axes(0.07);
-      place(grasp, matrixOf(X_OT));
-      markers.grasps.add(grasp);
+  addMarkers(farthest) {
+    const {description, markers} = this;
+    markers.goal.add(this.ghost(description.start.X_WO, COLOURS.start), this.ghost(description.goal.X_WO, COLOURS.goal));
+    for (const pose of this.plan?.handovers ?? []) markers.handover.add(this.ghost(pose, COLOURS.handover), placed(axes(0.12), pose));
+    for (const {X_OT} of this.holders) markers.grasps.add(placed(axes(0.07), X_OT));
+    if (farthest) {
+      markers.farthest.add(this.ghost(farthest.X_WO, COLOURS.handover));
+      for (const {X_WT} of farthest.tools) markers.farthest.add(placed(axes(0.1), X_WT));
     }
-    this.objects.get(plan.object).add(markers.grasps);
-    this.scene.add(markers.handover, markers.goal, markers.trace);
+    this.objects.get(description.object).add(markers.grasps);
+    this.scene.add(markers.handover, markers.goal, markers.trace, markers.farthest);
   }
 
   /** A line through the object's origin from start to goal. */
   setTrace(points) {
     const geometry = new THREE.BufferGeometry().setFromPoints(points);
-    this.markers.trace.add(new THREE.Line(geometry, new THREE.LineBasicMaterial({color: 0x3fa34d})));
+    this.markers.trace.add(new THREE.Line(geometry, new THREE.LineBasicMaterial({color: COLOURS.object})));
   }
 
-  /** Moves everything to a time of the motion. */
-  setTime(motion, time) {
-    for (const [name, joints] of motion.jointsAt(time)) {
+  /** Shows bodies, `robot/link` or objects, in red, and no other. */
+  highlight(names) {
+    for (const {mesh, material: before} of this.highlighted ?? []) mesh.material = before;
+    this.highlighted = [];
+    const red = material(COLOURS.touching);
+    const paint = (object) => {
+      if (object.isURDFJoint) return;  // the next link is another body
+      if (object.isMesh) {
+        this.highlighted.push({mesh: object, material: object.material});
+        object.material = red;
+      }
+      object.children.forEach(paint);
+    };
+    for (const name of names) {
+      const [robot, link] = name.split('/');
+      const body = this.objects.get(name) ?? this.robots.get(robot)?.links[link];
+      if (body) paint(body);
+    }
+  }
+
+  setJoints(time) {
+    for (const [name, joints] of this.motion.jointsAt(time)) {
       const robot = this.robots.get(name);
       for (const [joint, position] of joints) {
         if (robot.joints[joint] && !robot.joints[joint].mimicJoint) robot.setJointValue(joint, position);
       }
     }
     this.scene.updateMatrixWorld();
-    const hold = motion.holdAt(time);
-    const object = this.objects.get(this.plan.object);
-    if (hold) {
-      const link = this.robots.get(hold.robot).links[hold.link];
-      place(object, link.matrixWorld.clone().multiply(matrixOf(hold.X_LO)));
-    } else {
-      place(object, matrixOf(motion.restAt(time)));
-    }
+  }
+
+  /** X_WO as a holder's tool has it; undefined without one. */
+  heldBy(holder) {
+    if (!this.holders[holder]) return undefined;
+    const {robot, tool_link, X_OT} = this.holders[holder];
+    return this.robots.get(robot).links[tool_link].matrixWorld.clone().multiply(matrixOf(X_OT).invert());
+  }
+
+  /** Moves everything to a time of the motion; returns the object. */
+  setTime(time) {
+    this.setJoints(time);
+    const [holder] = this.motion.holdersAt(time);
+    const X_WO = holder !== undefined ? this.heldBy(holder) :
+        time >= this.motion.put_down  ? this.X_WO_end : matrixOf(this.description.start.X_WO);
+    const object = this.objects.get(this.description.object);
+    place(object, X_WO);
     object.updateMatrixWorld(true);
     return object;
+  }
+
+  /** What a camera that shows the whole cell has to see: the robots, and the object wherever it comes. */
+  get bounds() {
+    const box = new THREE.Box3();
+    for (const robot of this.robots.values()) box.expandByObject(robot);
+    for (const {X_WO} of [this.description.start, this.description.goal]) box.expandByPoint(new THREE.Vector3(...X_WO.xyz));
+    return box;
   }
 }

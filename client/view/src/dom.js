@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elements of the experiment's page, and numbers as it writes them.
+// Elements of the pages, and numbers as they write them.
 export const find = (id) => document.getElementById(id);
 
 export function element(tag, text = '', className = '') {

@@ -1,69 +1,77 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where everything is at a time of the plan: joints along cubic Hermite curves, the object in a hand or at rest.
+// Where everything is at a time of the plan: joints along quintic Hermite curves, the object in a hand or at rest.
 
-/** Position and velocity of every joint of a stage `s` seconds after it began. */
+function segmentAt({q, qd, qdd}, low, high, h, u) {
+  const at = {q: [], qd: [], qdd: []};
+  q[low].forEach((p, j) => {
+    const d = q[high][j] - p, v = qd[low][j] * h, w = qd[high][j] * h, a = qdd[low][j] * h * h, b = qdd[high][j] * h * h;
+    const c3 = 10 * d - 6 * v - 4 * w - 1.5 * a + 0.5 * b, c4 = -15 * d + 8 * v + 7 * w + 1.5 * a - b,
+          c5 = 6 * d - 3 * (v + w) + 0.5 * (b - a);
+    at.q.push(p + u * (v + u * (a / 2 + u * (c3 + u * (c4 + u * c5)))));
+    at.qd.push((v + u * (a + u * (3 * c3 + u * (4 * c4 + u * 5 * c5)))) / h);
+    at.qdd.push((a + u * (6 * c3 + u * (12 * c4 + u * 20 * c5))) / (h * h));
+  });
+  return at;
+}
+
+/** Position, velocity and acceleration of every joint of a stage `s` seconds after it began; it stands before and after. */
 export function stageAt(stage, s) {
-  const {t, q, qd} = stage;
-  const last = t.length - 1;
-  if (s <= 0) return {q: q[0], qd: qd[0]};
-  if (s >= t[last]) return {q: q[last], qd: qd[last]};
+  const {t} = stage, last = t.length - 1;
+  const sample = (i) => ({q: stage.q[i], qd: stage.qd[i], qdd: stage.qdd[i]});
+  if (s <= 0) return sample(0);
+  if (s >= t[last]) return sample(last);
   let low = 0, high = last;
   while (high - low > 1) {
     const middle = (low + high) >> 1;
     if (t[middle] <= s) low = middle; else high = middle;
   }
-  const h = t[high] - t[low], u = (s - t[low]) / h;
-  const position = [], velocity = [];
-  for (let j = 0; j < stage.joints.length; ++j) {
-    const a = q[low][j], b = q[high][j], da = qd[low][j] * h, db = qd[high][j] * h;
-    position.push(a + u * (da + u * (3 * (b - a) - 2 * da - db + u * (2 * (a - b) + da + db))));
-    velocity.push((da + u * (6 * (b - a) - 4 * da - 2 * db + u * 3 * (2 * (a - b) + da + db))) / h);
-  }
-  return {q: position, qd: velocity};
+  const h = t[high] - t[low];
+  return segmentAt(stage, low, high, h, (s - t[low]) / h);
 }
 
 export function durationOf(stage) { return stage.t[stage.t.length - 1]; }
 
 export function endOf(stage) { return stage.start + durationOf(stage); }
 
-/** A plan's stages over time. */
+/** A plan's stages over time; without a plan everything stands where the scene has it. */
 export class Motion {
-  constructor(plan) {
-    this.plan = plan;
-    this.duration = Math.max(...plan.stages.map(endOf));
+  constructor(scene, plan) {
+    this.robots = scene.robots;
+    this.stages = plan?.stages ?? [];
+    this.in_time = [...this.stages].sort((a, b) => a.start - b.start || a.index - b.index);
+    this.duration = Math.max(0, ...this.stages.map(endOf));
+    // From the end of a holder's grasp, or the start, to the end of its release, or for good.
+    this.holds = (plan?.holders ?? []).map((unused, holder) => {
+      const grasp = this.stageOf(holder, 'grasp'), release = this.stageOf(holder, 'release');
+      return {from: grasp ? endOf(grasp) : 0, to: release ? endOf(release) : Infinity};
+    });
   }
+
+  stageOf(holder, action) { return this.stages.find((stage) => stage.holder === holder && stage.action === action); }
 
   /** Joint positions by robot, then joint. */
   jointsAt(time) {
-    const robots = new Map(this.plan.robots.map((robot) => [robot.name, new Map(Object.entries(robot.q_start))]));
-    for (const stage of this.plan.stages) {
-      if (stage.start > time) continue;
+    const robots = new Map(this.robots.map((robot) => [robot.name, new Map(Object.entries(robot.q_start))]));
+    for (const stage of this.in_time) {
+      if (stage.start > time) break;
       const {q} = stageAt(stage, time - stage.start);
       stage.joints.forEach((joint, j) => robots.get(stage.robot).set(joint, q[j]));
     }
     return robots;
   }
 
-  /** The stages that run at a time, the one that began last at the end. */
+  /** The stages that run at a time, the one that began last at the end; those that end with the plan run until its end. */
   runningAt(time) {
-    return this.plan.stages.filter((stage) => stage.start <= time && time <= endOf(stage))
-        .sort((a, b) => a.start - b.start || a.index - b.index);
+    const runs = (stage) => stage.start <= time && (time < endOf(stage) || endOf(stage) === this.duration);
+    return this.in_time.filter(runs);
   }
 
-  /** How the planned object is held at a time, or null when it stands at its start or goal. */
-  holdAt(time) {
-    const begun = this.plan.stages.filter((stage) => stage.start <= time);
-    const running = begun.filter((stage) => time < endOf(stage));
-    for (const stage of running.length > 0 ? running : begun.slice(-1)) {
-      const hold = stage.holding.find((entry) => entry.object === this.plan.object);
-      if (hold) return hold;
-    }
-    return null;
-  }
+  /** The stage that began last. */
+  begunAt(time) { return this.in_time.findLast((stage) => stage.start <= time) ?? this.in_time[0]; }
 
-  /** Where the object stands when nobody holds it. */
-  restAt(time) {
-    const release = this.plan.stages.find((stage) => stage.kind === 'receiver_release');
-    return release && time >= release.start ? this.plan.X_WO_goal : this.plan.X_WO_start;
-  }
+  /** Which holders have the object at a time: one, two while it changes hands, none where it stands. */
+  holdersAt(time) { return [...this.holds.keys()].filter((holder) => this.holds[holder].from <= time && time < this.holds[holder].to); }
+
+  /** When the last holder lets the object go; infinite if it never does. */
+  get put_down() { return this.holds.at(-1)?.to ?? Infinity; }
 }

@@ -19,8 +19,8 @@ export class Places {
   constructor({experiment, more, lattice_edge}) {
     this.svg = select(find('places'));
     this.edge = lattice_edge;
-    this.runs = more.map(({lattice, handover}, i) => ({index: experiment.records[i].index, lattice, handover}));
-    this.placed = this.runs.filter(({handover}) => handover);
+    this.runs = more.map(({lattice, handovers}, i) => ({index: experiment.records[i].index, lattice, handovers}));
+    this.placed = this.runs.filter(({handovers}) => handovers.length > 0);
     this.mapped = this.runs.filter(({lattice}) => lattice.length > 0);
     this.chosen = this.mapped[0];
     const choice = find('lattice-run');
@@ -35,11 +35,11 @@ export class Places {
   draw() {
     this.svg.selectAll('*').remove();
     if (this.placed.length === 0 && this.mapped.length === 0) {
-      find('places-text').textContent = 'No run came as far as a handover point.';
+      find('places-text').textContent = 'No run came as far as a handover.';
       return;
     }
     const what = find('points').value;
-    const points = this.placed.map((run) => ({run, p: run.handover[what]}));
+    const points = this.placed.flatMap((run) => run.handovers.map((handover, i) => ({run, name: this.nameOf(run, i), p: handover[what]})));
     const cells = this.chosen?.lattice ?? [];
     // All of both, whichever points and whichever run's cells are shown: so switching keeps the scale.
     const bounds = [0, 1, 2].map((axis) => this.boundsOf(axis));
@@ -48,7 +48,7 @@ export class Places {
     const views = [ABOVE, SIDES[wideY > wideX ? 1 : 0]];
     const pixels = this.scaleFor(bounds, views);
     // Through the chosen run's own point, else its best cell: the runs' mean may lie beside its maps.
-    const through = this.chosen?.handover?.receiver_tool ?? cells[0];
+    const through = this.chosen?.handovers[0]?.receiver_tool ?? cells[0];
     const colour = this.colourOf();
     const slices = [];
     let left = LEFT, height = 0;
@@ -63,9 +63,11 @@ export class Places {
     this.explain(what, points, slices);
   }
 
+  nameOf({index, handovers}, i) { return `run ${index}${handovers.length > 1 ? `, handover ${i + 1}` : ''}`; }
+
   boundsOf(axis) {
     const half = this.edge / 2;
-    const values = this.placed.flatMap(({handover}) => Object.values(handover).map((p) => p[axis]))
+    const values = this.placed.flatMap(({handovers}) => handovers.flatMap((handover) => Object.values(handover).map((p) => p[axis])))
         .concat(this.mapped.flatMap(({lattice}) => lattice.flatMap((cell) => [cell[axis] - half, cell[axis] + half])));
     const [low, high] = extent(values);
     return [low - half, high + half];
@@ -111,7 +113,7 @@ export class Places {
         .attr('cx', ({p}) => x(p[across]))
         .attr('cy', ({p}) => y(p[up]))
         .attr('r', ({run}) => run === this.chosen ? 6 : 4)
-        .append('title').text(({run, p}) => `run ${run.index}: ${p.map((v) => v.toFixed(3)).join(', ')} m`);
+        .append('title').text(({name, p}) => `${name}: ${p.map((v) => v.toFixed(3)).join(', ')} m`);
     view.append('g').attr('transform', `translate(0,${TOP + height})`).call(axisBottom(x).ticks(Math.max(2, width / 70)));
     view.append('g').attr('transform', `translate(${left},0)`).call(axisLeft(y).ticks(Math.max(2, height / 60)));
     view.append('text').attr('x', left).attr('y', TOP - 10).text(name);
@@ -136,13 +138,13 @@ export class Places {
 
   explain(what, points, slices) {
     const spot = what === 'object' ? 'the object’s origin' : 'the receiver’s tool';
-    let text = `Circles: where ${spot} is when the object changes hands, one for each of ${points.length} solved runs; some may cover others.`;
+    let text = `Circles: where ${spot} is when the object changes hands, ${points.length} in ${this.placed.length} solved runs; some may cover others.`;
     if (this.chosen) {
-      const edge = (this.edge * 100).toFixed(0), solved = this.chosen.handover;
+      const edge = (this.edge * 100).toFixed(0), solved = this.chosen.handovers.length > 0;
       text += ` Squares: cells (${edge} cm) near the shoulders’ midpoint that both arms reach, as places of the receiver’s tool, coloured` +
           ` by the mean of both maps’ manipulability. They are those of run ${this.chosen.index}: how the maps cross depends on where a` +
           ` run’s robots stand. Of them, the layers ${slices.join(' and ')}` +
-          (solved ? `, where the run’s handover has the receiver’s tool; its circle is red.` : ', where its best cell is.');
+          (solved ? `, where the run’s first handover has the receiver’s tool; the run’s circles are red.` : ', where its best cell is.');
     }
     find('places-text').textContent = text;
   }

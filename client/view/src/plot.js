@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joint positions or velocities of one stage over its time.
+// Joint positions, velocities or accelerations of one stage over its time.
 import {durationOf, stageAt} from './motion.js';
 
 const COLOURS = ['#1f77b4', '#ff7f0e', '#2ca02c', '#d62728', '#9467bd', '#8c564b', '#e377c2', '#7f7f7f', '#bcbd22',
@@ -9,9 +9,10 @@ const POINTS = 240;
 export class Plot {
   constructor(canvas, legend) { Object.assign(this, {canvas, legend, quantity: 'q'}); }
 
-  setStage(stage) {
+  /** @param unit of the joints' positions: rad, m, or both. */
+  setStage(stage, unit) {
     if (stage === this.stage) return;
-    this.stage = stage;
+    Object.assign(this, {stage, unit});
     this.legend.replaceChildren();
     stage.joints.forEach((joint, j) => {
       const item = document.createElement('li');
@@ -35,6 +36,21 @@ export class Plot {
     this.canvas.height = height * scale;
     const pen = this.canvas.getContext('2d');
     pen.scale(scale, scale);
+    pen.font = '11px system-ui, "DejaVu Sans", sans-serif';
+    if (this.stage.joints.length === 0) {
+      this.write(pen, 'no joint moves', 16);
+    } else {
+      this.drawCurves(pen, width, height);
+    }
+    const now = 4 + (width - 8) * Math.min(1, Math.max(0, seconds / durationOf(this.stage)));
+    pen.strokeStyle = '#d0021b';
+    pen.beginPath();
+    pen.moveTo(now, 0);
+    pen.lineTo(now, height);
+    pen.stroke();
+  }
+
+  drawCurves(pen, width, height) {
     const values = this.rows.map((row) => row[this.quantity]);
     let low = Math.min(...values.flat()), high = Math.max(...values.flat());
     const pad = Math.max(0.02, 0.06 * (high - low));
@@ -56,16 +72,16 @@ export class Plot {
       values.forEach((row, i) => { pen[i ? 'lineTo' : 'moveTo'](x(i), y(row[j])); });
       pen.stroke();
     });
-    const now = x(POINTS * Math.min(1, Math.max(0, seconds / durationOf(this.stage))));
-    pen.strokeStyle = '#d0021b';
-    pen.beginPath();
-    pen.moveTo(now, 0);
-    pen.lineTo(now, height);
-    pen.stroke();
+    const per = {q: '', qd: '/s', qdd: '/s²'}[this.quantity];
+    this.write(pen, `${high.toFixed(2)} ${this.unit}${per}`, 13);
+    this.write(pen, low.toFixed(2), height - 6);
+  }
+
+  /** On the left, readable where curves pass. */
+  write(pen, text, y) {
+    pen.fillStyle = 'rgba(255, 255, 255, 0.85)';
+    pen.fillRect(4, y - 10, pen.measureText(text).width + 4, 13);
     pen.fillStyle = '#5d6b7c';
-    pen.font = '11px system-ui, "DejaVu Sans", sans-serif';
-    const unit = this.quantity === 'q' ? '' : '/s';
-    pen.fillText(`${high.toFixed(2)} rad${unit}`, 6, 13);
-    pen.fillText(`${low.toFixed(2)}`, 6, height - 6);
+    pen.fillText(text, 6, y);
   }
 }

@@ -12,7 +12,7 @@ function header({experiment, task, versions}) {
   find('title').textContent = title;
   const setting = {
     cell: experiment.cell, task, seed: experiment.seed, mode: experiment.mode, search: experiment.search,
-    stretch: experiment.stretch, machine: experiment.machine, handoverctl: versions.handoverctl,
+    objective: experiment.objective, stretch: experiment.stretch, machine: experiment.machine, handoverctl: versions.handoverctl,
     handoverd: versions.handoverd,
   };
   for (const [name, value] of Object.entries(setting)) {
@@ -22,12 +22,21 @@ function header({experiment, task, versions}) {
   }
 }
 
+/** Of what records have: those without are left out; undefined where none has it. */
+function meanOf(records, key) {
+  const values = records.map((record) => record[key]).filter((value) => value !== null && value !== undefined);
+  return values.length > 0 ? values.reduce((sum, value) => sum + value, 0) / values.length : undefined;
+}
+
+// The paper's |G_g| is a fraction although giver and start never vary, so what it counts is open: both counts are shown.
 function means({experiment, paper}) {
-  const {summary} = experiment;
+  const {summary, records} = experiment;
   const rows = [
     ['planning time [s]', paper?.planning_time_s, summary.planning_time_s?.mean, seconds],
-    ['giver’s grasps |G_g|', paper?.grasps_giver, summary.grasps_giver_mean, number],
-    ['receiver’s grasps |G_r|', paper?.grasps_receiver, summary.grasps_receiver_mean, number],
+    ['giver’s grasps |G_g|, at the start (§IV-C)', paper?.grasps_giver, summary.grasps_giver_mean, number],
+    ['giver’s grasps |G_g*|, for each handover pose', undefined, meanOf(records, 'grasps_giver_per_pose'), number],
+    ['receiver’s grasps |G_r|, at the goal (§IV-B)', paper?.grasps_receiver, summary.grasps_receiver_mean, number],
+    ['receiver’s grasps, for each handover pose', undefined, meanOf(records, 'grasps_receiver_per_pose'), number],
     ['handover poses', paper?.handover_poses, summary.handover_poses_mean, number],
   ];
   table(find('means'), paper ? ['means', 'paper', 'ours'] : ['means', 'ours'], rows.map(
@@ -35,11 +44,32 @@ function means({experiment, paper}) {
   find('paper').textContent = paper ?
       `Paper: Table ${paper.table}, 100 runs, all solved; its counts are those of --search paper --mode all.` :
       'The paper has no such scene.';
-  const spreads = [['to the outcome', summary.planning_time_s], ['to the first plan', summary.first_plan_s]];
-  table(find('spreads'), ['seconds', 'mean', 'median', 'p95', 'max'], spreads.filter(([, spread]) => spread).map(
-      ([what, spread]) => [what, ...['mean', 'median', 'p95', 'max'].map((key) => seconds(spread[key]))]), 1);
+  spreads(find('spreads'), 'seconds', [['to the outcome', summary.planning_time_s], ['to the first plan', summary.first_plan_s]], seconds);
   find('redrawn').textContent = summary.redrawn === 0 ? 'No start scene touched, so no run was drawn again.' :
-      `Drawn again, as the start touches: ${summary.touched.map(({pair, count}) => `${pair.join(' – ')} (${count} ×)`).join(', ')}.`;
+      `Drawn again, as the start touches: ${touched(summary)}.`;
+}
+
+function touched({redrawn, touched: pairs}) {
+  return pairs ? pairs.map(({pair, count}) => `${pair.join(' – ')} (${count} ×)`).join(', ') : `${redrawn} runs`;
+}
+
+function spreads(target, head, rows, text) {
+  const there = rows.filter(([, spread]) => spread);
+  table(target, [head, 'mean', 'median', 'p95', 'max'], there.map(
+      ([what, spread]) => [what, ...['mean', 'median', 'p95', 'max'].map((key) => text(spread[key]))]), 1);
+}
+
+// What the plans are like that solved runs ended with.
+function qualities({experiment: {summary}}) {
+  const {duration_s, object_s, duration_over_bound} = summary;
+  const clearances = [['to furniture', summary.clearance_furniture_m], ['between robots', summary.clearance_robots_m]].filter(([, spread]) => spread);
+  find('qualities-section').hidden = !duration_s && clearances.length === 0;
+  spreads(find('qualities'), 'plans', [['duration [s]', duration_s], ['object under way [s]', object_s],
+                                       ['duration, of the shortest possible', duration_over_bound]], number);
+  find('clearances').hidden = clearances.length === 0;
+  const millimetres = (metres) => (1000 * metres).toFixed(1);
+  table(find('clearances'), ['least clearance [mm]', 'median', 'min'], clearances.map(
+      ([what, {median, min}]) => [what, millimetres(median), millimetres(min)]), 1);
 }
 
 // By reason, most frequent first.
@@ -83,6 +113,7 @@ try {
   const data = JSON.parse(find('data').textContent);
   header(data);
   means(data);
+  qualities(data);
   new Histogram(find('times'), find('times-text'), data).draw();
   failures(data);
   violations(data);

@@ -28,6 +28,11 @@ function drawnColumns(records) {
   return columns;
 }
 
+/** The least of a plan, in mm. */
+function clearanceOf({quality}) {
+  return quality ? 1000 * Math.min(...quality.clearance.map(({least_m}) => least_m)) : undefined;
+}
+
 export class RunTable {
   constructor(table, {experiment, more}) {
     this.table = table;
@@ -50,6 +55,13 @@ export class RunTable {
       {name: 'receiver’s grasps', of: (record) => record.grasps_receiver},
       {name: 'poses', of: (record) => record.handover_poses},
       {name: 'tuples', of: (record) => record.tuples},
+      ...[
+        {name: 'failure known [s]', of: (record) => record.failure_s},
+        {name: 'first cost', of: (record) => record.first_cost},
+        {name: 'cost', of: (record) => record.cost},
+        {name: 'motion [s]', of: (record) => record.quality?.duration_s},
+        {name: 'clearance [mm]', of: clearanceOf},
+      ].filter(({of}) => experiment.records.some((record) => typeof of(record) === 'number')),
     ];
     for (const column of this.columns) {
       column.numeric = this.rows.some(({record}) => typeof column.of(record) === 'number');

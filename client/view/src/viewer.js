@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of one plan: scene, time line, plots, and what ties them together.
+// The page of one plan file: scene, time line, plots, and what ties them together; without a plan, why there is none.
 import * as THREE from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 
 import {Cell} from './cell.js';
+import {element, find} from './dom.js';
+import {Failure, farthestText} from './failure.js';
+import {armOf, coloursOf, labelOf, titleOf} from './holders.js';
 import {durationOf, Motion} from './motion.js';
 import {Plot} from './plot.js';
 import {Timeline} from './timeline.js';
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
-const find = (id) => document.getElementById(id);
+const QUANTITIES = ['q', 'qd', 'qdd'];
+const MARKERS = ['handover', 'grasps', 'goal', 'trace', 'farthest'];
 
 function fail(error) {
   find('error').textContent = `This plan cannot be shown: ${error.message}`;
@@ -17,12 +21,24 @@ function fail(error) {
   throw error;
 }
 
+function swatch(colour) {
+  const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
+  const square = document.createElementNS('http://www.w3.org/2000/svg', 'rect');
+  for (const each of [svg, square]) {
+    each.setAttribute('width', 11);
+    each.setAttribute('height', 11);
+  }
+  square.setAttribute('fill', colour);
+  svg.append(square);
+  return svg;
+}
+
 class Viewer {
   constructor(data) {
-    this.file = data.plan;
-    this.plan = data.plan.plan;
-    this.motion = new Motion(this.plan);
-    this.cell = new Cell(data);
+    const {scene, plan, explanation} = data.file;
+    Object.assign(this, {file: data.file, scene, plan});
+    this.motion = new Motion(scene, plan);
+    this.cell = new Cell(data, this.motion);
     this.duration = this.motion.duration;
     this.time = 0;
     this.playing = false;
@@ -31,79 +47,129 @@ class Viewer {
     this.camera = new THREE.PerspectiveCamera(40, 1, 0.02, 50);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.addEventListener('change', () => this.wake());
-    this.plot = new Plot(find('plot'), find('legend'));
-    this.timeline = new Timeline(find('timeline'), this.plan, this.duration, (time) => this.setTime(time));
-    this.traceObject();
     this.fillPage();
+    for (const part of document.querySelectorAll('.planned')) part.toggleAttribute('hidden', !plan);
+    for (const part of document.querySelectorAll('.failed')) part.toggleAttribute('hidden', Boolean(plan) || !explanation);
+    if (plan) this.showPlan();
+    else if (explanation) this.showFailure(explanation);
     this.addCameras();
     this.listen();
-    this.setCamera('cell');
     this.setTime(0);
+    this.resize();
+    this.setCamera('cell');
   }
 
-  traceObject() {
+  showPlan() {
+    this.plot = new Plot(find('plot'), find('legend'));
+    this.timeline = new Timeline(find('timeline'), this.plan, this.duration, (time) => this.setTime(time));
     const points = [], steps = 400;
     for (let i = 0; i <= steps; ++i) {
-      const object = this.cell.setTime(this.motion, this.duration * i / steps);
-      points.push(new THREE.Vector3().setFromMatrixPosition(object.matrix));
+      points.push(new THREE.Vector3().setFromMatrixPosition(this.cell.setTime(this.duration * i / steps).matrix));
     }
     this.cell.setTrace(points);
+    const colours = coloursOf(this.plan.holders);
+    this.plan.holders.forEach((holder, k) => {
+      const {take, give} = holder.dexterity, item = element('li');
+      item.append(swatch(colours[k].strong), armOf(holder), element('br'),
+                  element('span', `${holder.gripper}; dexterity ${take.toFixed(4)} taking, ${give.toFixed(4)} giving`));
+      find('holders').append(item);
+    });
+  }
+
+  showFailure(explanation) {
+    new Failure(explanation, (bodies) => {
+      this.cell.highlight(bodies);
+      this.wake();
+    });
+    find('farthest').hidden = !explanation.farthest;
+    if (explanation.farthest) find('farthest').append(`: ${farthestText(explanation.farthest)}`);
   }
 
   fillPage() {
-    const {plan, file} = this;
-    document.title = `${plan.cell} ${plan.task}: handover plan`;
-    find('title').textContent = `${plan.cell}: ${plan.giver} gives ${plan.object} to ${plan.receiver}`;
-    const rows = [
-      ['task, seed', `${plan.task}, ${plan.seed}`],
-      ['arms', `${plan.giver_arm} to ${plan.receiver_arm}`],
-      ['motion', `${this.duration.toFixed(1)} s, ${plan.stages.length} stages`],
-      ['dexterity at placing', plan.dexterity.receiver_place.toFixed(4)],
-    ];
-    if (file.timing && file.timing.total_s !== undefined) rows.push(['planned in', `${(1000 * file.timing.total_s).toFixed(1)} ms`]);
-    for (const [name, value] of rows) {
-      const term = document.createElement('dt'), text = document.createElement('dd');
-      term.textContent = name;
-      text.textContent = value;
-      find('summary').append(term, text);
+    const {scene, plan, file} = this;
+    document.title = `${scene.cell} ${scene.task}: ${plan ? 'handover plan' : 'no plan'}`;
+    find('title').textContent = titleOf(file);
+    for (const [name, value] of [['task, seed', `${scene.task}, ${scene.seed}`], ...(plan ? this.planRows() : [])]) {
+      find('summary').append(element('dt', name), element('dd', value));
     }
     find('scrub').max = this.duration;
   }
 
+  planRows() {
+    const {plan, file: {quality, timing, complete}} = this;
+    const rows = [['motion', `${this.duration.toFixed(1)} s, ${plan.stages.length} stages`], ['slack', `${plan.slack_s} s`]];
+    if (quality) {
+      const least = quality.clearance.filter(({pair}) => pair).sort((a, b) => a.least_m - b.least_m)[0];
+      rows.push(['shortest possible', `${quality.bound_s.toFixed(1)} s`], ['object under way', `${quality.object_s.toFixed(1)} s`],
+                ['least clearance', least ? `${(1000 * least.least_m).toFixed(0)} mm` : 'over 50 mm'],
+                ['tilt', `${quality.tilt_deg.toFixed(1)}°`], ['cost', quality.cost.toFixed(2)]);
+    }
+    if (timing?.total_s !== undefined) rows.push(['planned in', `${(1000 * timing.total_s).toFixed(1)} ms`]);
+    if (!complete) rows.push(['search', 'ended by its deadline']);
+    return rows;
+  }
+
+  /** Name and place of what a camera looks at closely. */
+  views() {
+    const {scene, plan, file: {explanation}} = this;
+    const views = [['start', scene.start.X_WO]], handovers = plan?.handovers ?? [];
+    handovers.forEach((pose, i) => views.push([handovers.length > 1 ? `handover ${i + 1}` : 'handover', pose]));
+    if (explanation?.farthest && !plan) views.push(['farthest', explanation.farthest.X_WO]);
+    return new Map([...views, ['goal', scene.goal.X_WO]].map(([name, {xyz}]) => [name, new THREE.Vector3(...xyz)]));
+  }
+
   addCameras() {
-    for (const name of ['cell', 'start', 'handover', 'goal', 'object']) {
-      const button = document.createElement('button');
-      button.textContent = name;
-      button.dataset.camera = name;
+    for (const name of ['cell', ...this.views().keys(), ...(this.plan ? ['object'] : [])]) {
+      const button = element('button', name);
       button.addEventListener('click', () => this.setCamera(name));
       find('cameras').append(button);
     }
   }
 
+  /** To the right, looking from the first robot to the last, else from the object's start to its goal. */
+  side() {
+    const {scene, plan} = this;
+    const baseOf = (name) => new THREE.Vector3(...scene.robots.find((robot) => robot.name === name).X_WB.xyz);
+    const names = plan ? plan.holders.map(({robot}) => robot) : scene.robots.map(({name}) => name);
+    const way = baseOf(names.at(-1)).sub(baseOf(names[0])).setZ(0);
+    if (way.length() < 0.05) way.set(...scene.goal.X_WO.xyz).sub(new THREE.Vector3(...scene.start.X_WO.xyz)).setZ(0);
+    if (way.length() < 0.05) way.set(1, 0, 0);
+    return new THREE.Vector3(way.y, -way.x, 0).normalize();
+  }
+
   setCamera(name) {
-    const {plan, camera, controls} = this;
-    const middle = new THREE.Vector3();
-    for (const robot of plan.robots) middle.addScaledVector(new THREE.Vector3(...robot.X_WB.xyz), 1 / plan.robots.length);
-    const between = new THREE.Vector3(...plan.robots[plan.robots.length - 1].X_WB.xyz).sub(new THREE.Vector3(...plan.robots[0].X_WB.xyz));
-    const side = new THREE.Vector3(between.y, -between.x, 0).normalize();  // to the right, looking from giver to receiver
-    const views = {start: plan.X_WO_start, handover: plan.X_WO_handover, goal: plan.X_WO_goal};
+    const {camera, controls} = this, side = this.side();
+    const ahead = new THREE.Vector3(-side.y, side.x, 0);
     if (name === 'cell') {
-      controls.target.set(middle.x, middle.y, 0.9);
-      camera.position.copy(controls.target).addScaledVector(side, -3.1).add(new THREE.Vector3(1.6, 0, 1.5));
+      this.fitCell(new THREE.Vector3(0, 0, 0.4).addScaledVector(ahead, 0.45).addScaledVector(side, -0.8).normalize());
     } else {
-      const at = name === 'object' ? new THREE.Vector3().setFromMatrixPosition(this.cell.objects.get(plan.object).matrixWorld)
-                                   : new THREE.Vector3(...views[name].xyz);
+      const at = this.views().get(name) ?? new THREE.Vector3().setFromMatrixPosition(this.cell.objects.get(this.scene.object).matrixWorld);
       controls.target.copy(at);
-      camera.position.copy(at).addScaledVector(side, -0.8).add(new THREE.Vector3(0.25, 0, 0.7));
+      camera.position.copy(at).addScaledVector(side, -0.8).addScaledVector(ahead, 0.25).add(new THREE.Vector3(0, 0, 0.7));
     }
     controls.update();
     this.wake();
   }
 
+  /** Sees the whole cell from a direction, as near as that goes. */
+  fitCell(back) {
+    const {camera, controls, cell: {bounds}} = this;
+    bounds.getCenter(controls.target);
+    const right = new THREE.Vector3(0, 0, 1).cross(back).normalize(), up = back.clone().cross(right);
+    const high = Math.tan(THREE.MathUtils.degToRad(camera.fov / 2)), wide = high * camera.aspect;
+    let distance = 0;
+    for (let i = 0; i < 8; ++i) {
+      const corner = new THREE.Vector3(...['x', 'y', 'z'].map((axis, k) => bounds[i >> k & 1 ? 'max' : 'min'][axis])).sub(controls.target);
+      const needed = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / high);
+      distance = Math.max(distance, 1.05 * needed + corner.dot(back));
+    }
+    camera.position.copy(controls.target).addScaledVector(back, distance);
+  }
+
   listen() {
     find('play').addEventListener('click', () => this.togglePlay());
     find('scrub').addEventListener('input', (event) => this.setTime(Number(event.target.value)));
-    for (const name of ['handover', 'grasps', 'goal', 'trace']) {
+    for (const name of MARKERS) {
       const box = find(`show-${name}`);
       const apply = () => {
         this.cell.markers[name].visible = box.checked;
@@ -112,32 +178,33 @@ class Viewer {
       box.addEventListener('change', apply);
       apply();
     }
-    for (const quantity of ['q', 'qd']) {
+    for (const quantity of QUANTITIES) {
       find(`plot-${quantity}`).addEventListener('click', () => {
         this.plot.quantity = quantity;
-        for (const other of ['q', 'qd']) find(`plot-${other}`).setAttribute('aria-pressed', other === quantity);
+        for (const other of QUANTITIES) find(`plot-${other}`).setAttribute('aria-pressed', other === quantity);
         this.setTime(this.time);
       });
     }
-    document.addEventListener('keydown', (event) => {
-      if (event.target.matches('input, select, button')) return;
-      if (event.key === ' ') this.togglePlay();
-      else if (event.key === 'ArrowLeft') this.setTime(this.time - 0.1);
-      else if (event.key === 'ArrowRight') this.setTime(this.time + 0.1);
-      else return;
-      event.preventDefault();
-    });
-    new ResizeObserver(() => this.resize()).observe(find('view').parentElement);
+    document.addEventListener('keydown', (event) => this.press(event));
+    new ResizeObserver(() => this.resize()).observe(find('scene'));
+  }
+
+  press(event) {
+    if (!this.plan || event.target.matches('select, [type=range]')) return;
+    if (event.key === ' ' && !event.target.matches('button, input')) this.togglePlay();
+    else if (event.key === 'ArrowLeft') this.setTime(this.time - 0.1);
+    else if (event.key === 'ArrowRight') this.setTime(this.time + 0.1);
+    else if (event.key === 'Home') this.setTime(0);
+    else if (event.key === 'End') this.setTime(this.duration);
+    else return;
+    event.preventDefault();
   }
 
   resize() {
-    const canvas = this.renderer.domElement;
-    const width = canvas.parentElement.clientWidth - document.querySelector('aside').offsetWidth;
-    const narrow = getComputedStyle(canvas.parentElement).flexDirection === 'column';
+    const {clientWidth, clientHeight} = find('scene');
     this.renderer.setPixelRatio(window.devicePixelRatio || 1);
-    this.renderer.setSize(narrow ? canvas.parentElement.clientWidth : width,
-                          narrow ? canvas.parentElement.clientHeight * 0.6 : canvas.parentElement.clientHeight, false);
-    this.camera.aspect = canvas.width / canvas.height;
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
     this.wake();
   }
@@ -153,19 +220,30 @@ class Viewer {
 
   setTime(time) {
     this.time = Math.min(this.duration, Math.max(0, time));
-    this.cell.setTime(this.motion, this.time);
-    const running = this.motion.runningAt(this.time);
-    const stage = running[running.length - 1] ?? this.plan.stages[0];
-    this.timeline.setTime(this.time, running);
-    find('scrub').value = this.time;
-    find('clock').textContent = `${this.time.toFixed(2)} / ${this.duration.toFixed(2)} s`;
-    find('stage-name').textContent = running.length > 1 ? running.map((entry) => entry.kind).join(' + ') : stage.kind;
-    const holders = stage.holding.filter((hold) => hold.object === this.plan.object).map((hold) => hold.robot);
-    find('stage-text').textContent = `${stage.robot}, ${stage.joints.length} joints, ${durationOf(stage).toFixed(2)} s; ` +
-        (holders.length ? `${holders.join(' and ')} holding the ${this.plan.object}` : `nobody holds the ${this.plan.object}`);
-    this.plot.setStage(stage);
-    this.plot.draw(this.time - stage.start);
+    this.cell.setTime(this.time);
+    if (this.plan) this.showTime();
     this.wake();
+  }
+
+  showTime() {
+    const {plan, motion, time} = this;
+    const running = motion.runningAt(time), stage = running.at(-1) ?? motion.begunAt(time);
+    this.timeline.setTime(time, running);
+    find('scrub').value = time;
+    find('clock').textContent = `${time.toFixed(2)} / ${this.duration.toFixed(2)} s`;
+    find('stage-name').textContent = running.length > 0 ? running.map((entry) => labelOf(plan, entry)).join(' + ') : 'all stand still';
+    const holders = motion.holdersAt(time).map((holder) => armOf(plan.holders[holder]));
+    const which = running.length === 1 ? '' : `${labelOf(plan, stage)}: `;
+    find('stage-text').textContent = `${which}${stage.joints.length} joints, ${durationOf(stage).toFixed(2)} s; ` +
+        (holders.length ? `${holders.join(' and ')} holding the ${this.scene.object}` : `nobody holds the ${this.scene.object}`);
+    this.plot.setStage(stage, this.unitOf(stage));
+    this.plot.draw(time - stage.start);
+  }
+
+  unitOf(stage) {
+    const {joints} = this.cell.robots.get(stage.robot);
+    const units = stage.joints.map((name) => joints[name].jointType === 'prismatic' ? 'm' : 'rad');
+    return [...new Set(units)].join(', ');
   }
 
   /** Draws once more soon; keeps drawing only while playing. */
@@ -188,12 +266,15 @@ class Viewer {
   linkPosition(robot, link) {
     return new THREE.Vector3().setFromMatrixPosition(this.cell.robots.get(robot).links[link].matrixWorld).toArray();
   }
+
+  /** World position of the planned object's origin. */
+  objectPosition() {
+    return new THREE.Vector3().setFromMatrixPosition(this.cell.objects.get(this.scene.object).matrixWorld).toArray();
+  }
 }
 
 try {
-  const data = JSON.parse(find('data').textContent);
-  if (!data.plan.plan) throw new Error('the file holds no plan');
-  window.handoverViewer = new Viewer(data);
+  window.handoverViewer = new Viewer(JSON.parse(find('data').textContent));
 } catch (error) {
   fail(error);
 }

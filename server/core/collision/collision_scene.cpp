@@ -196,6 +196,10 @@ BodyId CollisionScene::objectBody(int object) const {
   return data_->object_bodies.at(static_cast<std::size_t>(object));
 }
 
+int CollisionScene::robotOf(BodyId body) const {
+  return data_->owners.at(static_cast<std::size_t>(body)).robot;
+}
+
 const BodyPairs& CollisionScene::standingPairs() const { return data_->standing; }
 
 }  // namespace handover

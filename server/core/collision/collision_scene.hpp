@@ -3,7 +3,7 @@
 // worker.
 #pragma once
 
-#include "core/collision/moving_groups.hpp"
+#include "core/collision/rigid_groups.hpp"
 #include "core/model/scene.hpp"
 
 #include <bit>
@@ -79,6 +79,8 @@ class CollisionScene {
   /// Bodies of those links that have shapes, in the order given.
   std::vector<BodyId> linkBodies(int robot, const std::vector<int>& links) const;
   BodyId objectBody(int object) const;
+  /// The robot whose link the body is; -1: it is an object.
+  int robotOf(BodyId body) const;
   /// Pairs never tested (design §5): links joined by a joint, through fixed ones too; SRDF pairs
   /// with reason Adjacent or Always; `attached_to` with its touch_links; resting pairs.
   const BodyPairs& standingPairs() const;
@@ -151,7 +153,7 @@ static_assert(kTimedClearance.looked <= kPlannedClearance.proven);
 class BodyTravel {
  public:
   /// @param index  in `moving`, by body; -1: stands still
-  BodyTravel(const MovingGroups& groups, const std::vector<MovingBody>& moving,
+  BodyTravel(const RigidGroups& groups, const std::vector<MovingBody>& moving,
              const std::vector<int>& index)
       : groups_(groups), moving_(moving), index_(index) {}
 
@@ -167,7 +169,7 @@ class BodyTravel {
     return i < 0 ? -1 : moving_[static_cast<std::size_t>(i)].group;
   }
 
-  const MovingGroups& groups_;
+  const RigidGroups& groups_;
   const std::vector<MovingBody>& moving_;
   const std::vector<int>& index_;
 };

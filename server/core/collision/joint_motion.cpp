@@ -6,7 +6,7 @@
 
 namespace handover {
 
-void PolylineMotion::stretch(double from, double to, MotionStretch& out) const {
+void PolylineMotion::stretch(double from, double to, MotionInterval& out) const {
   const Eigen::Index segments = waypoints_.cols() - 1;
   if (segments == 0) {
     out.q_middle = waypoints_.col(0);
@@ -37,7 +37,7 @@ void PolylineMotion::stretch(double from, double to, MotionStretch& out) const {
   }
 }
 
-void BothMotions::stretch(double from, double to, MotionStretch& out) const {
+void BothMotions::stretch(double from, double to, MotionInterval& out) const {
   first_.stretch(from, to, of_first_);
   second_.stretch(from, to, of_second_);
   const Eigen::Index size = of_first_.q_middle.size() + of_second_.q_middle.size();

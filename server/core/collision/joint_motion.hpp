@@ -10,7 +10,7 @@ namespace handover {
 
 /// Part of a curve through joint space, nearly straight: each of its states is
 /// q_middle + x * along + something of at most `rest` per joint, with x from -1 to 1.
-struct MotionStretch {
+struct MotionInterval {
   Eigen::VectorXd q_middle, along, rest;
 };
 
@@ -22,7 +22,7 @@ class JointMotion {
   /// The curve between two parameters. `along` and `rest` go to 0 with the stretch, `rest` the
   /// faster where the curve is smooth. No allocation when the sizes fit already.
   /// @pre 0 <= from <= to <= 1.
-  virtual void stretch(double from, double to, MotionStretch& out) const = 0;
+  virtual void stretch(double from, double to, MotionInterval& out) const = 0;
 };
 
 /// One straight segment. @pre `from` and `to` are of one size; they outlive this.
@@ -32,7 +32,7 @@ class SegmentMotion : public JointMotion {
                 const Eigen::Ref<const Eigen::VectorXd>& to)
       : from_(from), to_(to) {}
 
-  void stretch(double from, double to, MotionStretch& out) const override {
+  void stretch(double from, double to, MotionInterval& out) const override {
     out.q_middle = from_ + 0.5 * (from + to) * (to_ - from_);
     out.along = 0.5 * (to - from) * (to_ - from_);
     out.rest.setZero(from_.size());
@@ -54,7 +54,7 @@ class PolylineMotion : public JointMotion {
     }
   }
 
-  void stretch(double from, double to, MotionStretch& out) const override;
+  void stretch(double from, double to, MotionInterval& out) const override;
 
  private:
   Eigen::MatrixXd waypoints_;  ///< one per column
@@ -66,11 +66,11 @@ class BothMotions : public JointMotion {
   BothMotions(const JointMotion& first, const JointMotion& second)
       : first_(first), second_(second) {}
 
-  void stretch(double from, double to, MotionStretch& out) const override;
+  void stretch(double from, double to, MotionInterval& out) const override;
 
  private:
   const JointMotion &first_, &second_;
-  mutable MotionStretch of_first_, of_second_;  ///< scratch
+  mutable MotionInterval of_first_, of_second_;  ///< scratch
 };
 
 }  // namespace handover

@@ -33,7 +33,7 @@ StateCheckerSetup checked(const CollisionWorld& world, StateCheckerSetup setup) 
   const RobotModel& model = modelOf(world, setup.robot);
   for (int dof : setup.dofs) require(inRange(dof, model.dof_joints.size()), "no such dof");
   require(setup.tool_link < static_cast<int>(model.links.size()), "no such tool link");
-  require(setup.tool_link < 0 || MovingGroups(model, setup.dofs).groupOf(setup.tool_link) >= 0,
+  require(setup.tool_link < 0 || RigidGroups(model, setup.dofs).groupOf(setup.tool_link) >= 0,
           "the tool link does not move");
   if (!setup.held) return setup;
   require(inRange(setup.held->object, scene.objects.size()), "no such object to hold");
@@ -272,8 +272,8 @@ bool StateChecker::freeAlong(const JointMotion& motion, double from, double to,
   return free;
 }
 
-bool StateChecker::validAlong(const JointMotion& motion, double from, double to,
-                              const Clearance& clearance) {
+bool StateChecker::isMotionFree(const JointMotion& motion, double from, double to,
+                                const Clearance& clearance) {
   return freeAlong(motion, from, to, clearance, nullptr);
 }
 

@@ -4,9 +4,9 @@
 #pragma once
 
 #include "core/collision/collision_scene.hpp"
+#include "core/collision/continuous_collision_checker.hpp"
 #include "core/collision/joint_motion.hpp"
-#include "core/collision/motion_proof.hpp"
-#include "core/collision/moving_groups.hpp"
+#include "core/collision/rigid_groups.hpp"
 
 namespace handover {
 
@@ -60,8 +60,8 @@ class StateChecker {
   /// all along it the shapes keep `clearance.proven`. A pair is looked at as often as its distance
   /// and the travel of its links ask for, by halving the motion (Schwarzer, Saha, Latombe 2005).
   /// @throws std::invalid_argument when its states have the wrong size or are not finite.
-  bool validAlong(const JointMotion& motion, double from = 0, double to = 1,
-                  const Clearance& clearance = kPlannedClearance);
+  bool isMotionFree(const JointMotion& motion, double from = 0, double to = 1,
+                    const Clearance& clearance = kPlannedClearance);
   /// A pair that touches on the motion, if any.
   std::optional<BodyContact> hitAlong(const JointMotion& motion, double from = 0, double to = 1,
                                       const Clearance& clearance = kPlannedClearance);
@@ -99,7 +99,7 @@ class StateChecker {
   /// until the setup changes. So are the groups from then on.
   const std::vector<MovingBody>& movingBodies();
 
-  const MovingGroups& groups() const { return groups_; }
+  const RigidGroups& groups() const { return groups_; }
 
  private:
   /// Where a moving body hangs: its link, and its pose there.
@@ -130,7 +130,7 @@ class StateChecker {
 
   CollisionWorld* world_;
   StateCheckerSetup setup_;
-  MovingGroups groups_;
+  RigidGroups groups_;
   std::vector<BodyId> moving_;
   std::vector<Mount> mounts_;              ///< of the moving bodies, in their order
   std::vector<MovingBody> moving_bodies_;  ///< the same bodies
@@ -148,7 +148,7 @@ class StateChecker {
   // Scratch.
   std::vector<bool> moved_;  ///< by link
   std::vector<int> moved_links_;
-  MotionProof proof_;
+  ContinuousCollisionChecker proof_;
 };
 
 }  // namespace handover

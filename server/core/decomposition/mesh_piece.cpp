@@ -64,18 +64,18 @@ constexpr int kWitnessCells = 2;
 
 /// Those near a point: within the box first, nearest first.
 std::vector<Witness> witnessesOf(const Vector3d& p, const Eigen::AlignedBox3d& box,
-                                 const ReachGrid& grid) {
+                                 const SignedDistanceGrid& grid) {
   std::vector<Witness> found;
   const Vector3i cell = grid.cellAt(p);
   for (int x = -kWitnessCells; x <= kWitnessCells; ++x) {
     for (int y = -kWitnessCells; y <= kWitnessCells; ++y) {
       for (int z = -kWitnessCells; z <= kWitnessCells; ++z) {
         const Vector3i at = cell + Vector3i(x, y, z);
-        const ReachGrid::Side side = grid.side(at);
-        if (side == ReachGrid::Side::kUnclear) continue;
+        const SignedDistanceGrid::Side side = grid.side(at);
+        if (side == SignedDistanceGrid::Side::kUnclear) continue;
         const Vector3d middle = grid.middle(at);
         found.push_back({!box.contains(middle), (middle - p).squaredNorm(), middle,
-                         side == ReachGrid::Side::kInside});
+                         side == SignedDistanceGrid::Side::kInside});
       }
     }
   }
@@ -107,7 +107,7 @@ std::pair<MeshPiece, MeshPiece> MeshPiece::cut(int axis, double at) const {
   return {std::move(below), std::move(above)};
 }
 
-std::vector<Vector3d> MeshPiece::points(const ReachGrid& grid) const {
+std::vector<Vector3d> MeshPiece::points(const SignedDistanceGrid& grid) const {
   std::vector<Vector3d> points;
   points.reserve(3 * triangles_.size() + 8);
   for (const Triangle& t : triangles_) points.insert(points.end(), t.begin(), t.end());
@@ -118,7 +118,7 @@ std::vector<Vector3d> MeshPiece::points(const ReachGrid& grid) const {
   return points;
 }
 
-bool MeshPiece::insideSolid(const Vector3d& corner, const ReachGrid& grid) const {
+bool MeshPiece::insideSolid(const Vector3d& corner, const SignedDistanceGrid& grid) const {
   const std::vector<Witness> witnesses = witnessesOf(corner, box_, grid);
   if (witnesses.empty()) return false;
   constexpr std::size_t kSide = 2 * kWitnessCells + 1, kAll = kSide * kSide * kSide;

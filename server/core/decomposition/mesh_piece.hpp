@@ -3,7 +3,7 @@
 // that are inside.
 #pragma once
 
-#include "core/decomposition/reach_grid.hpp"
+#include "core/decomposition/signed_distance_grid.hpp"
 
 #include <utility>
 #include <vector>
@@ -24,7 +24,7 @@ class MeshPiece {
   std::pair<MeshPiece, MeshPiece> cut(int axis, double at) const;
 
   /// Empty where nothing of the solid is within.
-  std::vector<Eigen::Vector3d> points(const ReachGrid& grid) const;
+  std::vector<Eigen::Vector3d> points(const SignedDistanceGrid& grid) const;
 
   /// Draws the box in to `box`, which holds everything.
   void shrink(const Eigen::AlignedBox3d& box) { box_ = box_.intersection(box); }
@@ -34,7 +34,7 @@ class MeshPiece {
   const std::vector<Triangle>& triangles() const { return triangles_; }
 
  private:
-  bool insideSolid(const Eigen::Vector3d& corner, const ReachGrid& grid) const;
+  bool insideSolid(const Eigen::Vector3d& corner, const SignedDistanceGrid& grid) const;
 
   std::vector<Triangle> triangles_;
   Eigen::AlignedBox3d box_;

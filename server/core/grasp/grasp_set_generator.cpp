@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/grasp/finger_closing.hpp"
 #include "core/grasp/grasp_set.hpp"
-#include "core/grasp/hand_closer.hpp"
 #include "core/grasp/surface_samples.hpp"
 #include "core/grasp/thinning.hpp"
 #include "core/grasp/wrench_quality.hpp"
@@ -143,7 +143,7 @@ class Generator {
     return largestBall(contactWrenches(points, extent_.centre, extent_.size, model));
   }
 
-  HandCloser closer_;
+  FingerClosing closer_;
   GraspParams params_;
   Extent extent_;
 };
@@ -217,10 +217,10 @@ Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& mod
   set.object = object.name;
   set.robot = model.name;
   set.hand = model.hands[static_cast<std::size_t>(a.hand)].name;
-  Generator generator(object, cutHand(model, arm), params, extentOf(samples));
+  Generator generator(object, extractEndEffector(model, arm), params, extentOf(samples));
   const auto enough = static_cast<std::size_t>(std::ceil(params.surplus * params.wanted));
   std::vector<Grasp> full,
-      scant;  // with as many fingers on the object as can be asked for, or less
+      partial;  // with as many fingers on the object as can be asked for, or less
   const auto known = [&](const Grasp& grasp, const std::vector<Grasp>& grasps) {
     return std::any_of(grasps.begin(), grasps.end(), [&](const Grasp& other) {
       return tooClose(grasp, other, params.min_spacing, params.min_angle);
@@ -231,8 +231,8 @@ Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& mod
     for (int roll = 0; roll < params.rolls; ++roll) {
       if (auto error = stopped(deadline)) return *error;
       const auto grasp = generator.graspAbove(samples[s], 2.0 * M_PI * roll / params.rolls);
-      if (!grasp || known(*grasp, full) || known(*grasp, scant)) continue;
-      (generator.handIsFull(*grasp) ? full : scant).push_back(*grasp);
+      if (!grasp || known(*grasp, full) || known(*grasp, partial)) continue;
+      (generator.handIsFull(*grasp) ? full : partial).push_back(*grasp);
     }
     if (progress) {
       progress(
@@ -240,7 +240,7 @@ Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& mod
                    std::min(1.0, static_cast<double>(full.size()) / static_cast<double>(enough))));
     }
   }
-  set.grasps = chosen(std::move(full), std::move(scant), params.wanted);
+  set.grasps = chosen(std::move(full), std::move(partial), params.wanted);
   if (set.grasps.empty()) {
     return {ErrorCode::kNotFound,
             "hand " + set.hand + " of " + model.name + " cannot hold object " + object.name};

@@ -136,8 +136,8 @@ IkCounts ArmKinematics::visit(const Pose& X_AT, const IkQuery& query, const Take
                     : data_->iterative->visit(data_->chain, X_AT, query, q_near, take);
 }
 
-bool ArmKinematics::follow(const Pose& X_AT, const ArmVector& q_near, double max_step,
-                           ArmVector& q) const {
+bool ArmKinematics::trackPose(const Pose& X_AT, const ArmVector& q_near, double max_step,
+                              ArmVector& q) const {
   data_->requireSize(q_near);
   if (!kinematics::isRigid(X_AT) || !q_near.allFinite()) return false;
   ArmVector found;

@@ -84,7 +84,7 @@ class ArmKinematics {
   /// The one configuration that continues `q_near` to X_AT (to 1e-9) on the same branch with the
   /// least joint motion, for straight-line segments; false, q untouched, if it needs more than
   /// `max_step` [rad or m] of a joint or leaves the limits.
-  bool follow(const Pose& X_AT, const ArmVector& q_near, double max_step, ArmVector& q) const;
+  bool trackPose(const Pose& X_AT, const ArmVector& q_near, double max_step, ArmVector& q) const;
 
  private:
   struct Data;

@@ -2,7 +2,7 @@
 #include "core/kinematics/iterative_solver.hpp"
 
 #include "core/kinematics/damped_least_squares.hpp"
-#include "core/kinematics/windings.hpp"
+#include "core/kinematics/joint_revolutions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -110,7 +110,7 @@ IkCounts IterativeSolver::visit(const Chain& chain, const Pose& X_AT, const IkQu
     }
     if (alreadyFound(chain, found, q)) return true;
     found.push_back(q);
-    const CopiesTaken taken = takeCopies(chain, query, q_near, q, take);
+    const CopiesTaken taken = forEachEquivalent(chain, query, q_near, q, take);
     counts.solutions += static_cast<std::uint32_t>(taken.count);
     if (taken.count == 0) ++counts.limits;
     return taken.go_on;

@@ -2,7 +2,7 @@
 #include "core/kinematics/srs_solver.hpp"
 
 #include "core/kinematics/damped_least_squares.hpp"
-#include "core/kinematics/windings.hpp"
+#include "core/kinematics/joint_revolutions.hpp"
 
 #include <Eigen/LU>
 
@@ -219,7 +219,7 @@ struct SrsSolver::Call {
       ++counts.no_ik;
       return true;
     }
-    const CopiesTaken taken = takeCopies(chain, query, q_near, q, take);
+    const CopiesTaken taken = forEachEquivalent(chain, query, q_near, q, take);
     counts.solutions += static_cast<std::uint32_t>(taken.count);
     if (taken.count == 0) ++counts.limits;
     return taken.go_on;

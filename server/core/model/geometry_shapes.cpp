@@ -14,7 +14,7 @@ Shape atOrigin(std::variant<BoxShape, SphereShape, CylinderShape, ConvexShape> g
 
 struct ShapeMaker {
   const std::filesystem::path& root;
-  const MeshDivider& divide;
+  const ConvexDecomposer& divide;
 
   std::vector<Shape> operator()(const BoxGeometry& box) const {
     return {atOrigin(BoxShape{vectorOf(box.size)})};
@@ -48,7 +48,7 @@ struct ShapeMaker {
 }  // namespace
 
 std::vector<Shape> shapesOf(const Geometry& geometry, const std::filesystem::path& root,
-                            const MeshDivider& divide) {
+                            const ConvexDecomposer& divide) {
   return std::visit(ShapeMaker{root, divide}, geometry);
 }
 

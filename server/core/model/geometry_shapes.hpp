@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/decomposition/convex_parts.hpp"
+#include "core/decomposition/convex_decomposition.hpp"
 #include "core/model/shape.hpp"
 
 #include <handover/common/geometry.hpp>
@@ -15,6 +15,6 @@ namespace handover {
 /// `divide` is for those that are not convex.
 /// @throws FileError when a mesh cannot be used.
 std::vector<Shape> shapesOf(const Geometry& geometry, const std::filesystem::path& root,
-                            const MeshDivider& divide = convexParts);
+                            const ConvexDecomposer& divide = convexParts);
 
 }  // namespace handover

@@ -159,7 +159,7 @@ bool isConvex(ConvexShape& shape) {
 class PartCollector {
  public:
   PartCollector(const fs::path& file, const aiScene& scene, const Eigen::Vector3d& scale,
-                const MeshDivider& divide)
+                const ConvexDecomposer& divide)
       : file_(file), scene_(scene), scale_(scale), divide_(divide) {}
 
   std::vector<Shape> collect() {
@@ -234,7 +234,7 @@ class PartCollector {
   const aiScene& scene_;
   Eigen::Vector3d scale_;
   std::size_t triangles_ = 0;
-  const MeshDivider& divide_;
+  const ConvexDecomposer& divide_;
   std::vector<Shape> parts_;
   std::vector<FileFault> faults_;
 };
@@ -308,7 +308,7 @@ MeshFormat formatOf(const fs::path& file) {
 }  // namespace
 
 std::vector<Shape> readConvexMesh(const fs::path& file, const Eigen::Vector3d& scale,
-                                  const MeshDivider& divide) {
+                                  const ConvexDecomposer& divide) {
   const MeshFormat format = formatOf(file);
   const Result<std::string> text = readFileText(file, kMaxMib);
   if (!text) refuse(file, text.error().detail);

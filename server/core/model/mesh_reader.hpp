@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/decomposition/convex_parts.hpp"
+#include "core/decomposition/convex_decomposition.hpp"
 #include "core/model/shape.hpp"
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace handover {
 /// becomes what `divide` makes of it.
 /// @throws FileError naming the file and what is wrong with it.
 std::vector<Shape> readConvexMesh(const std::filesystem::path& file, const Eigen::Vector3d& scale,
-                                  const MeshDivider& divide = convexParts);
+                                  const ConvexDecomposer& divide = convexParts);
 
 /// The meshes of one robot, or of one cell's objects, which are bounded together.
 class MeshTotal {

@@ -48,6 +48,13 @@ std::string sha256(const std::filesystem::path& file) {
   return hex;
 }
 
+/// Limits how fast speed and acceleration change, as an arm, a hand or the robot says.
+template <typename Settings>
+void limitChanges(const Settings& settings, Joint& joint) {
+  joint.acceleration = settings.acceleration;
+  joint.jerk = settings.jerk.value_or(kJerkPerAcceleration * settings.acceleration);
+}
+
 /// Puts URDF, SRDF and settings together; collects what does not fit.
 class RobotAssembler {
  public:
@@ -58,7 +65,7 @@ class RobotAssembler {
   /// Arms only where the SRDF had no fault: without the right groups much else would seem wrong.
   void assemble(bool groups_known) {
     for (Joint& joint : model_.joints) {
-      if (joint.type != JointType::kFixed) joint.acceleration = settings_.acceleration;
+      if (joint.type != JointType::kFixed) limitChanges(settings_, joint);
     }
     for (const HandSettings& hand : settings_.hands) addHand(hand);
     if (!groups_known) return;
@@ -144,7 +151,7 @@ class RobotAssembler {
       }
     }
     for (const int dof : hand.dofs) {
-      jointOf(dof).acceleration = settings.acceleration;
+      limitChanges(settings, jointOf(dof));
       if (jointOf(dof).velocity <= 0) {
         fault(key + ".open", "joint '" + jointOf(dof).name + "' has no velocity limit in the URDF");
       }
@@ -259,7 +266,7 @@ class RobotAssembler {
       if (joint.velocity <= 0) {
         fault(key + ".group", "joint '" + joint.name + "' has no velocity limit in the URDF");
       }
-      joint.acceleration = settings.acceleration;
+      limitChanges(settings, joint);
       arm.joints.push_back(index);
       arm.dofs.push_back(joint.dof);
     }
@@ -309,6 +316,7 @@ class RobotAssembler {
     for (Joint& joint : model_.joints) {
       if (joint.mimic) {
         joint.acceleration = jointOf(joint.dof).acceleration * std::abs(joint.mimic_multiplier);
+        joint.jerk = jointOf(joint.dof).jerk * std::abs(joint.mimic_multiplier);
       }
     }
   }
@@ -339,7 +347,7 @@ std::string FileFault::text() const {
 FileError::FileError(std::vector<FileFault> faults)
     : std::runtime_error(joinedText(faults)), faults_(std::move(faults)) {}
 
-RobotModel loadRobot(const RobotSettings& settings, const MeshDivider& divide) {
+RobotModel loadRobot(const RobotSettings& settings, const ConvexDecomposer& divide) {
   std::vector<FileFault> faults;
   const std::filesystem::path urdf_file = settings.root / settings.urdf;
   UrdfModel urdf = readUrdf(urdf_file, urdf_file.string(), faults, divide);
@@ -353,6 +361,8 @@ RobotModel loadRobot(const RobotSettings& settings, const MeshDivider& divide) {
   model.urdf_path = settings.urdf;
   model.srdf_path = settings.srdf;
   model.urdf_sha256 = sha256(urdf_file);
+  model.yaml_path = settings.yaml;
+  if (!settings.yaml.empty()) model.yaml_sha256 = sha256(settings.root / settings.yaml);
   model.links = std::move(urdf.links);
   model.joints = std::move(urdf.joints);
   model.dof_joints = std::move(urdf.dof_joints);

@@ -3,7 +3,7 @@
 // line.
 #pragma once
 
-#include "core/decomposition/convex_parts.hpp"
+#include "core/decomposition/convex_decomposition.hpp"
 #include "core/model/robot_model.hpp"
 
 #include <handover/common/result.hpp>
@@ -34,11 +34,15 @@ class FileError : public std::runtime_error {
   std::vector<FileFault> faults_;
 };
 
+/// [1/s] A jerk limit that is not given is this times that of the acceleration.
+inline constexpr double kJerkPerAcceleration = 10;
+
 struct ArmSettings {
   std::string name, group, tool_link, hand;
   Eigen::Vector3d approach_axis = Eigen::Vector3d::UnitZ();
   std::optional<Eigen::Vector3d> p_AShoulder;
-  double acceleration = 1.0;  ///< [rad/s^2], each joint of the arm
+  double acceleration = 1.0;   ///< [rad/s^2], each joint of the arm
+  std::optional<double> jerk;  ///< [rad/s^3]
 };
 
 struct HandSettings {
@@ -48,6 +52,7 @@ struct HandSettings {
   std::vector<std::string> finger_links;
   std::map<std::string, double> open, closed;  ///< per joint [rad]
   double acceleration = 5.0;
+  std::optional<double> jerk;
 };
 
 /// The robot's yaml file as values (read by settings/).
@@ -55,16 +60,18 @@ struct RobotSettings {
   std::string name;
   std::filesystem::path root;  ///< what relative PATHs and package:// stand on
   std::string urdf, srdf;      ///< relative to root
+  std::string yaml;            ///< the settings file itself, likewise; empty: none
   std::vector<ArmSettings> arms;
   std::vector<HandSettings> hands;
-  double acceleration = 1.0;  ///< [rad/s^2], joints of no arm and no hand
-  std::string settings_file;  ///< for messages
+  double acceleration = 1.0;   ///< [rad/s^2], joints of no arm and no hand
+  std::optional<double> jerk;  ///< [rad/s^3], the same
+  std::string settings_file;   ///< for messages
   /// Lines of the settings file by key path ("arms.left.tool_link"), for messages; may be empty.
   std::map<std::string, int> lines;
 };
 
 /// Loads and checks a robot; `divide` is for collision meshes that are not convex.
 /// @throws FileError listing every fault found.
-RobotModel loadRobot(const RobotSettings& settings, const MeshDivider& divide = convexParts);
+RobotModel loadRobot(const RobotSettings& settings, const ConvexDecomposer& divide = convexParts);
 
 }  // namespace handover

@@ -84,7 +84,8 @@ int groupAbove(const RobotModel& model, int rigid_root) {
 void add(ContentHash& hash, const Joint& joint) {
   hash.add(joint.name).add(static_cast<int>(joint.type));
   hash.add(joint.parent_link).add(joint.child_link).add(joint.X_PJ).add(joint.axis);
-  hash.add(joint.lower).add(joint.upper).add(joint.velocity).add(joint.acceleration);
+  hash.add(joint.lower).add(joint.upper).add(joint.velocity);
+  hash.add(joint.acceleration).add(joint.jerk);
   hash.add(joint.dof).add(joint.mimic ? 1 : 0);
   hash.add(joint.mimic_multiplier).add(joint.mimic_offset);
 }

@@ -36,7 +36,9 @@ struct Joint {
   /// Continuous joints: -pi, pi. A master's limits (and speed) are narrowed to those that keep its
   /// mimic joints within theirs.
   double lower = 0, upper = 0;
+  bool continuous = false;  ///< it turns without end; planned within lower and upper all the same
   double velocity = 0, acceleration = 0;
+  double jerk = 0;  ///< [rad/s^3]
   int dof = -1;        ///< index in RobotVector; of the master for a mimic joint
   bool mimic = false;  ///< position = multiplier * q[dof] + offset; a
                        ///< mimic of a mimic is resolved to the master
@@ -49,6 +51,14 @@ struct Link {
   std::vector<Shape> collision;
 };
 
+/// A suction gripper: a cup without joints.
+struct Suction {
+  int cup_link = -1;                               ///< rigid with the tool link
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in the cup link, towards the object
+  double radius = 0;                               ///< of the seal [m]
+  double engage_s = 0;                             ///< until the vacuum holds, or is gone [s]
+};
+
 /// A hand: its finger joints, and where they start to close and to where they may.
 struct Hand {
   std::string name;
@@ -59,6 +69,8 @@ struct Hand {
   std::vector<std::vector<int>> fingers;
   Eigen::VectorXd open, closed;  ///< per dofs entry [rad]
   std::vector<int> links;        ///< palm, fingers and everything fixed to them
+  /// A hand without fingers; palm_link is the cup link, dofs are empty.
+  std::optional<Suction> suction;
 };
 
 struct Arm {
@@ -74,8 +86,8 @@ struct Arm {
 
 struct RobotModel {
   std::string name;
-  std::string urdf_path, srdf_path;  ///< as given to the loader, relative to the root
-  std::string urdf_sha256;
+  std::string urdf_path, srdf_path, yaml_path;  ///< as given to the loader, relative to the root
+  std::string urdf_sha256, yaml_sha256;
   std::string content_hash;     ///< of everything here but the paths, see modelHash()
   std::vector<Link> links;      ///< links[0] is the root; parents come first
   std::vector<Joint> joints;    ///< joints[i].child_link rises with i

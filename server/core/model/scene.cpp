@@ -26,19 +26,31 @@ RobotSnapshot snapshotOf(const SceneRobot& robot) {
   shown.urdf = model.urdf_path;
   shown.urdf_sha256 = model.urdf_sha256;
   shown.srdf = model.srdf_path;
+  shown.yaml = model.yaml_path;
+  shown.yaml_sha256 = model.yaml_sha256;
   shown.X_WB = toValue(robot.X_WB);
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
     const Joint& joint = model.joints[i];
     if (joint.type == JointType::kFixed) continue;
     shown.q_start.emplace_back(joint.name,
                                model.jointPosition(static_cast<int>(i), robot.q_start) + 0.0);
-    shown.limits.emplace_back(
-        joint.name, JointLimits{joint.lower, joint.upper, joint.velocity, joint.acceleration});
+    JointLimits limits{joint.lower, joint.upper, joint.velocity, joint.acceleration, joint.jerk};
+    if (joint.continuous) limits.lower = limits.upper = std::nullopt;
+    shown.limits.emplace_back(joint.name, limits);
   }
   for (const auto& [link, object] : robot.resting) {
     shown.resting.emplace_back(linkName(model, link), object);
   }
   return shown;
+}
+
+RestSnapshot snapshotOf(const TaskRest& rest) {
+  return {rest.none, rest.objects.value_or(std::vector<std::string>())};
+}
+
+ArmName armName(const Scene& scene, const ChainHolder& holder) {
+  const SceneRobot& robot = scene.robots[static_cast<std::size_t>(holder.robot)];
+  return {robot.name, robot.model->arms[static_cast<std::size_t>(holder.arm)].name};
 }
 
 ObjectSnapshot snapshotOf(const Scene& scene, const SceneObject& object) {
@@ -73,6 +85,11 @@ void add(ContentHash& hash, const std::vector<std::string>& names) {
   for (const std::string& name : names) hash.add(name);
 }
 
+void add(ContentHash& hash, const TaskRest& rest) {
+  hash.add(rest.none ? 1 : 0).add(rest.objects ? 1 : 0);
+  if (rest.objects) add(hash, *rest.objects);
+}
+
 void add(ContentHash& hash, const SceneObject& object, const Pose& X_WO) {
   hash.add(object.name).add(object.shapes).add(X_WO);
   hash.add(object.attached_to ? 1 : 0);
@@ -95,11 +112,9 @@ std::shared_ptr<const Scene> startOf(const std::shared_ptr<const Scene>& scene,
   if (object < 0) return scene;
   const auto index = static_cast<std::size_t>(object);
   const SceneObject& stands = scene->objects[index];
-  const auto& rest = task.start_rest ? *task.start_rest : stands.resting;
-  if (stands.X_WO.matrix() == task.X_WO_start.matrix() && stands.resting == rest) return scene;
+  if (stands.X_WO.matrix() == task.X_WO_start.matrix()) return scene;
   auto moved = std::make_shared<Scene>(*scene);
   moved->objects[index].X_WO = task.X_WO_start;
-  moved->objects[index].resting = rest;
   return moved;
 }
 
@@ -110,14 +125,15 @@ SceneSnapshot snapshot(const Scene& scene, const SceneTask& task, std::uint64_t 
   shown.seed = seed;
   shown.scene_hash = sceneHash(scene, task);
   shown.object = task.object;
-  shown.giver = task.giver;
-  shown.receiver = task.receiver;
-  shown.X_WO_start = toValue(task.X_WO_start);
-  shown.X_WO_goal = toValue(task.X_WO_goal);
+  shown.start = {toValue(task.X_WO_start), {}, snapshotOf(task.start_rest)};
+  if (task.held_by) shown.start.held_by = armName(scene, *task.held_by);
+  shown.goal = {toValue(task.X_WO_goal), task.end, snapshotOf(task.goal_rest)};
   for (const SceneRobot& robot : scene.robots) shown.robots.push_back(snapshotOf(robot));
   for (const SceneObject& object : scene.objects) {
     shown.objects.push_back(snapshotOf(scene, object));
-    if (object.name == task.object) shown.objects.back().X_WO = shown.X_WO_start;
+    if (object.name != task.object) continue;
+    shown.objects.back().X_WO = shown.start.X_WO;
+    shown.objects.back().resting.clear();
   }
   return shown;
 }
@@ -130,8 +146,12 @@ std::string sceneHash(const Scene& scene, const SceneTask& task) {
   for (const SceneObject& object : scene.objects) {
     add(hash, object, object.name == task.object ? task.X_WO_start : object.X_WO);
   }
-  hash.add(task.object).add(task.giver).add(task.receiver);
-  hash.add(task.X_WO_start).add(task.X_WO_goal);
+  hash.add(task.object).add(task.chain.size());
+  for (const ChainHolder& holder : task.chain) hash.add(holder.robot).add(holder.arm);
+  hash.add(task.X_WO_start).add(task.X_WO_goal).add(static_cast<int>(task.end));
+  const ChainHolder held_by = task.held_by.value_or(ChainHolder{});
+  hash.add(held_by.robot).add(held_by.arm);
+  add(hash, task.start_rest);
   add(hash, task.goal_rest);
   return hash.hex();
 }

@@ -6,7 +6,7 @@
 #include "core/model/robot_model.hpp"
 
 #include <handover/common/geometry.hpp>
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
 #include <map>
 #include <memory>
@@ -42,14 +42,30 @@ struct SceneObject {
   std::map<std::string, std::map<std::string, int>> grasp_counts;
 };
 
+/// A place in a chain of holders: a robot, perhaps one of its arms.
+struct ChainHolder {
+  int robot = -1;  ///< index in Scene::robots
+  int arm = -1;    ///< index in RobotModel::arms; -1: any
+  bool operator==(const ChainHolder&) const = default;
+};
+
+/// What the object rests on at its start or goal (design §5, Rest).
+struct TaskRest {
+  bool none = false;  ///< nothing below it is asked for: a hook, a fixture
+  /// Objects' names; nullopt: all that it rests on there.
+  std::optional<std::vector<std::string>> objects;
+  bool operator==(const TaskRest&) const = default;
+};
+
 struct SceneTask {
-  std::string name, object, giver, receiver;
+  std::string name, object;
+  std::vector<ChainHolder> chain;  ///< empty: the planner's choice (`auto`)
   Pose X_WO_start = Pose::Identity();
   Pose X_WO_goal = Pose::Identity();
-  /// What the object rests on at its start, where the task says so; else what the scene says.
-  std::optional<std::vector<std::string>> start_rest;
-  /// What the object rests on at its goal (may be touched while placing): objects' names.
-  std::vector<std::string> goal_rest;
+  /// An arm that has the object in hand at the start.
+  std::optional<ChainHolder> held_by;
+  TaskRest start_rest, goal_rest;
+  TransportEnd end = TransportEnd::kRelease;
 };
 
 struct Scene {
@@ -63,12 +79,13 @@ struct Scene {
   int findObject(std::string_view object) const;
 };
 
-/// The scene as a task starts: its object at X_WO_start, on start_rest. The same scene when it
-/// stands there already.
+/// The scene as a task starts: its object at X_WO_start. The same scene when it stands there
+/// already.
 std::shared_ptr<const Scene> startOf(const std::shared_ptr<const Scene>& scene,
                                      const SceneTask& task);
 
-/// The scene as the wire and the plan file show it; the task's object is at X_WO_start.
+/// The scene as the wire and the plan file show it; the task's object is at X_WO_start, its rests
+/// those of the task.
 SceneSnapshot snapshot(const Scene& scene, const SceneTask& task, std::uint64_t seed);
 
 /// Hash (hex) over everything in the scene and the task that can change a plan: geometry, poses,

@@ -60,7 +60,7 @@ bool knownMeshFormat(const std::string& path) {
 class UrdfChecker {
  public:
   UrdfChecker(const fs::path& file, const std::string& shown_file, std::vector<FileFault>& faults,
-              const MeshDivider& divide)
+              const ConvexDecomposer& divide)
       : folder_(fs::absolute(file).lexically_normal().parent_path()),
         all_faults_(faults),
         faults_(shown_file, faults),
@@ -457,7 +457,7 @@ class UrdfChecker {
   fs::path folder_;
   std::vector<FileFault>& all_faults_;
   XmlFaults faults_;
-  const MeshDivider& divide_;
+  const ConvexDecomposer& divide_;
   std::size_t faults_before_;
   CheckedUrdf checked_;
   std::vector<WrittenLink> links_;
@@ -472,7 +472,7 @@ class UrdfChecker {
 }  // namespace
 
 CheckedUrdf checkUrdf(const fs::path& file, const std::string& shown_file,
-                      std::vector<FileFault>& faults, const MeshDivider& divide) {
+                      std::vector<FileFault>& faults, const ConvexDecomposer& divide) {
   return UrdfChecker(file, shown_file, faults, divide).check(file);
 }
 

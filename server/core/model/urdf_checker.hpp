@@ -3,7 +3,7 @@
 // names no line and takes zero axes, lower > upper, unknown mimic masters and negative sizes.
 #pragma once
 
-#include "core/decomposition/convex_parts.hpp"
+#include "core/decomposition/convex_decomposition.hpp"
 #include "core/model/robot_loader.hpp"
 
 #include <array>
@@ -33,6 +33,6 @@ struct CheckedUrdf {
 /// Collision meshes by `package://` or relative path stand on the URDF's folder. Faults are
 /// appended, called `shown_file`; the result is usable only if none were.
 CheckedUrdf checkUrdf(const std::filesystem::path& file, const std::string& shown_file,
-                      std::vector<FileFault>& faults, const MeshDivider& divide);
+                      std::vector<FileFault>& faults, const ConvexDecomposer& divide);
 
 }  // namespace handover

@@ -132,6 +132,7 @@ class UrdfReader {
     if (from.type == urdf::Joint::CONTINUOUS) {
       joint.lower = -std::numbers::pi;
       joint.upper = std::numbers::pi;
+      joint.continuous = true;
     }
     joint.mimic = from.mimic != nullptr;
   }
@@ -188,7 +189,7 @@ class UrdfReader {
 }  // namespace
 
 UrdfModel readUrdf(const std::filesystem::path& file, const std::string& shown_file,
-                   std::vector<FileFault>& faults, const MeshDivider& divide) {
+                   std::vector<FileFault>& faults, const ConvexDecomposer& divide) {
   std::vector<FileFault> found;
   UrdfModel model;
   const CheckedUrdf checked = checkUrdf(file, shown_file, found, divide);

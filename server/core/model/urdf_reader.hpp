@@ -23,6 +23,6 @@ struct UrdfModel {
 /// `shown_file`; the model is usable only if none were. `divide` is for collision meshes that are
 /// not convex.
 UrdfModel readUrdf(const std::filesystem::path& file, const std::string& shown_file,
-                   std::vector<FileFault>& faults, const MeshDivider& divide = convexParts);
+                   std::vector<FileFault>& faults, const ConvexDecomposer& divide = convexParts);
 
 }  // namespace handover

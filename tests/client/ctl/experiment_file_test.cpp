@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "experiment_file.hpp"
 
-#include "sample_stages.hpp"
+#include "sample_events.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ TEST(SpreadOf, InterpolatesQuantiles) {
 
 TEST(Funnel, CountsTheArmsOfTheSolution) {
   Funnel funnel;
-  for (const PlanStage& stage : test::sampleAnswer(RequestId::random())) funnel.add(stage);
+  for (const PlanEvent& stage : test::sampleAnswer(RequestId::random())) funnel.add(stage);
   const auto counts = funnel.counts();
   EXPECT_EQ(counts.grasps_giver, 0u);  // the sample prunes the receiver's only
   EXPECT_EQ(counts.grasps_receiver, 40u);
@@ -37,8 +37,8 @@ TEST(Funnel, CountsTheArmsOfTheSolution) {
 
 TEST(Funnel, CountsTheArmsSelectedWhenThereIsNoSolution) {
   Funnel funnel;
-  const auto add = [&funnel](StagePayload payload) {
-    funnel.add(PlanStage{RequestId{}, 0, 0, std::move(payload)});
+  const auto add = [&funnel](PlanEventPayload payload) {
+    funnel.add(PlanEvent{RequestId{}, 0, 0, std::move(payload)});
   };
   add(test::sampleScene());
   add(ArmSelected{"right", "left", {}});
@@ -57,8 +57,8 @@ TEST(Funnel, CountsTheArmsSelectedWhenThereIsNoSolution) {
 TEST(Funnel, KeepsTheCrossedMapsOfTheArmsAndTheFinalSolution) {
   Funnel funnel;
   EXPECT_EQ(funnel.chosen(), nullptr);
-  const auto add = [&funnel](StagePayload payload) {
-    funnel.add(PlanStage{RequestId{}, 0, 0, std::move(payload)});
+  const auto add = [&funnel](PlanEventPayload payload) {
+    funnel.add(PlanEvent{RequestId{}, 0, 0, std::move(payload)});
   };
   const std::vector<LatticeCell> cells = {{{0.5, 0, 1}, 0.4}, {{0.55, 0, 1}, 0.3}};
   add(HandoverCandidates{"left", "left", 9, 9, 9, 9, {}, {{{2, 2, 2}, 1}}});

@@ -3,7 +3,7 @@
 import {chromium} from 'playwright-core';
 
 /// Opens a page and hands it to `look` with what went wrong so far and what it asked of the network; both lists grow.
-export async function withPage(file, look) {
+export async function withPage(file, look, viewport = {width: 1280, height: 800}) {
   const browser = await chromium.launch({
     executablePath: process.env.CHROMIUM || '/usr/bin/chromium',
     args: ['--headless=new', '--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
@@ -11,7 +11,8 @@ export async function withPage(file, look) {
            '--disable-sync'],
   });
   try {
-    const page = await browser.newPage({viewport: {width: 1280, height: 800}});
+    const page = await browser.newPage({viewport});
+    page.setDefaultTimeout(100_000);  // a machine may have more to do
     const messages = [], requests = [];
     page.on('console', (message) => {
       // The software renderer's own remarks on how fast it is are none of the page's.

@@ -1,19 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// handoverctl view, and its page in a real browser.
-#include "client/verify/gantry_plan.hpp"
-#include "support/process.hpp"
+// Pages and recordings of plan files, in a real browser and by Foxglove's decoder.
+#include "view/view.hpp"
+
+#include "process.hpp"
+#include "sample_plan.hpp"
+
+#include <handover/client/plan_file.hpp>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
+#include <cmath>
+#include <set>
 
-namespace handover::verify::test {
+namespace handover::view::test {
 namespace {
 
 using handover::test::Finished;
-using handover::test::textOf;
+using testing::AllOf;
+using testing::DoubleNear;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -21,111 +28,305 @@ using namespace std::chrono_literals;
 
 class View : public testing::Test {
  protected:
-  std::string path(const std::string& name) const { return (cell_.root() / name).string(); }
-
-  Finished view(const Json& plan, const std::string& output = "plan.html") const {
-    cell_.write("plan.json", plan.dump());
-    return handover::test::run({HANDOVERCTL, "view", path("plan.json"), "-o", path(output),
-                                "--root", cell_.root().string()});
+  std::string view(const Json& plan, const std::string& output = "plan.html") const {
+    return planView(plan.dump(), output, cell_.root());
   }
 
-  const GantryCell cell_;
+  std::string faultOf(const Json& plan, const std::string& output = "plan.html") const {
+    try {
+      view(plan, output);
+    } catch (const client::PlanFileError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  std::string write(const Json& plan, const std::string& output = "plan.html") const {
+    return cell_.write(output, view(plan, output)).string();
+  }
+
+  /// What the browser sees of a page; `size` is WIDTHxHEIGHT.
+  Json browse(const Json& plan, const std::string& size, const std::vector<double>& times = {}) {
+    std::vector<std::string> command{NODE, BROWSE, write(plan), size};
+    for (const double time : times) command.push_back(std::to_string(time));
+    const Finished browsed = handover::test::run(command, {}, 240s);
+    EXPECT_EQ(browsed.status, 0) << browsed.err;
+    return Json::parse(browsed.out);
+  }
+
+  const SampleCell cell_;
 };
 
 TEST_F(View, WritesOnePageThatReachesForNothingOutside) {
-  const Finished made = view(cell_.plan());
-  ASSERT_EQ(made.status, 0) << made.err;
-  const std::string page = textOf(path("plan.html"));
+  const std::string page = view(cell_.plan());
   EXPECT_THAT(page, HasSubstr("default-src 'none'; script-src 'sha256-"));
   EXPECT_THAT(page, Not(HasSubstr("unsafe-inline")));
   EXPECT_THAT(page, Not(HasSubstr("<script src")));
   EXPECT_THAT(page, Not(HasSubstr("<link ")));
-  EXPECT_THAT(page, HasSubstr("\"robots/gantry/gantry.urdf\""));
+  EXPECT_THAT(page, HasSubstr("\"robots/duo/meshes/palm.obj\""));
 }
 
 TEST_F(View, KeepsMarkupInNamesOutOfThePage) {
   Json plan = cell_.plan();
-  plan["plan"]["task"] = "</script><script>alert(1)</script>";
-  const Finished made = view(plan);
-  ASSERT_EQ(made.status, 0) << made.err;
-  const std::string page = textOf(path("plan.html"));
+  plan["scene"]["task"] = "</script><script>alert(1)</script>";
+  const std::string page = view(plan);
   EXPECT_THAT(page, Not(HasSubstr("<script>alert")));
   EXPECT_THAT(page, HasSubstr("\\u003c/script>\\u003cscript>alert(1)"));
 }
 
-TEST_F(View, SaysWhatItCannotReadOrWrite) {
-  EXPECT_THAT(view({{"format", "other"}}).err, HasSubstr("format"));
-  EXPECT_EQ(view({{"format", "other"}}).status, 2);
+TEST_F(View, SaysWhatItCannotRead) {
+  EXPECT_THAT(faultOf({{"format", "handover-plan/1"}}), HasSubstr("/format"));
+  EXPECT_THROW(planView("{", "plan.html", cell_.root()), client::PlanFileError);
 
   Json plan = cell_.plan();
-  robot(plan, "g")["urdf"] = "robots/none.urdf";
-  EXPECT_THAT(view(plan).err, HasSubstr("robots/none.urdf: no such file"));
-  EXPECT_EQ(view(plan).status, 2);
+  plan["scene"]["robots"][0]["urdf"] = "robots/none.urdf";
+  EXPECT_THAT(faultOf(plan), HasSubstr("robots/none.urdf: no such file"));
+  EXPECT_THAT(faultOf(plan, "plan.mcap"), HasSubstr("robots/none.urdf: no such file"));
 
-  const Finished nowhere = view(cell_.plan(), "none/plan.html");
-  EXPECT_EQ(nowhere.status, 3);
-  EXPECT_THAT(nowhere.err, HasSubstr("none/plan.html"));
+  plan = cell_.plan();
+  plan["scene"].erase("objects");
+  EXPECT_THAT(faultOf(plan), HasSubstr("objects"));
+
+  plan = cell_.plan();
+  plan["plan"]["stages"][3]["qdd"].erase(0);
+  EXPECT_THAT(faultOf(plan, "plan.mcap"), HasSubstr("/plan/stages"));
+
+  EXPECT_THAT(faultOf(cell_.failure(), "plan.mcap"), HasSubstr("/plan: is null"));
 }
+
+TEST_F(View, SaysWhichCollisionMeshIsMissing) {
+  std::filesystem::remove(cell_.root() / "robots/duo/meshes/palm.obj");
+  EXPECT_THAT(faultOf(cell_.plan()),
+              AllOf(HasSubstr("robots/duo/duo.urdf"), HasSubstr("meshes/palm.obj")));
+  EXPECT_THAT(faultOf(cell_.plan(), "plan.mcap"), HasSubstr("meshes/palm.obj"));
+}
+
+TEST_F(View, FindsMeshesOfPackagesAndForgivesFilesThatAreNotUtf8) {
+  std::string urdf = handover::test::textOf(cell_.root() / "robots/duo/duo.urdf");
+  const std::string name = "meshes/palm.obj";
+  for (std::size_t at = 0; (at = urdf.find(name, at)) != std::string::npos; at += 20) {
+    urdf.insert(at, "package://duo/");
+  }
+  cell_.write("robots/duo/duo.urdf", urdf);
+  const auto mesh = cell_.root() / "robots/duo" / name;
+  cell_.write("robots/duo/" + name, "# caf\xe9\n" + handover::test::textOf(mesh));
+  EXPECT_THAT(view(cell_.plan()), HasSubstr("caf\xef\xbf\xbd"));
+}
+
+void expectPoint(const Json& seen, const std::vector<double>& expected, double within) {
+  ASSERT_EQ(seen.size(), expected.size());
+  for (std::size_t k = 0; k < expected.size(); ++k) {
+    EXPECT_NEAR(seen[k].get<double>(), expected[k], within) << k << " of " << seen;
+  }
+}
+
+double smooth(double s) { return s * s * s * (10 + s * (-15 + 6 * s)); }
 
 TEST_F(View, PageRunsInABrowser) {
-  ASSERT_EQ(view(cell_.plan()).status, 0);
-  const Finished browsed = handover::test::run(
-      {NODE, BROWSE, path("plan.html"), "g", "tool", "0:cell:" + path("start.png")}, {}, 120s);
-  ASSERT_EQ(browsed.status, 0) << browsed.err;
-  const Json seen = Json::parse(browsed.out);
-  EXPECT_TRUE(seen["shown"]) << seen;
+  const Json seen = browse(cell_.plan(), "1280x800");
+  EXPECT_EQ(seen["error"], "");
   EXPECT_THAT(seen["messages"], IsEmpty());
   EXPECT_THAT(seen["requests"], IsEmpty());
-  EXPECT_EQ(seen["bars"], 14);
-  const double duration = seen["duration"];
-  EXPECT_NEAR(seen["time_after_click"], 0.5 * duration, 0.02 * duration);
-  EXPECT_GT(seen["time_after_play"], seen["time_after_click"]);
-  EXPECT_NE(seen["link_after_click"], seen["link_at_start"]);
+  EXPECT_EQ(seen["title"], "sample: duo/left gives box to duo/right, duo/right to crane/arm");
+  EXPECT_EQ(seen["failed_parts"], 0);
+  EXPECT_EQ(seen["names"], (Json{"duo/left", "duo/right", "crane/arm"}));
+  EXPECT_EQ(seen["cameras"], (Json{"cell", "start", "handover 1", "handover 2", "goal", "object"}));
+  EXPECT_EQ(seen["time_after_click"]["half"], seen["time_after_click"]["time"]);
+  EXPECT_GT(seen["time_after_play"], seen["time_after_click"]["time"]);
+  EXPECT_NEAR(seen["time_after_key"].get<double>(), seen["duration"].get<double>(), 1e-9);
   EXPECT_GT(seen["colours"], 100) << "the picture is blank";
-  EXPECT_GT(std::filesystem::file_size(path("start.png")), 10'000u);
 }
 
-TEST_F(View, RecordingIsReadByFoxglovesDecoder) {
-  const Finished made = view(cell_.plan(), "plan.mcap");
-  ASSERT_EQ(made.status, 0) << made.err;
-  const Finished read = handover::test::run({NODE, READ_MCAP, path("plan.mcap")}, {}, 60s);
-  ASSERT_EQ(read.status, 0) << read.err;
-  const Json seen = Json::parse(read.out);
+TEST_F(View, BarsStandWhereTheirStagesRun) {
+  const Json plan = cell_.plan();
+  const Json seen = browse(plan, "1280x800");
+  const Json& bars = seen["bars"];
+  const Json& stages = plan["plan"]["stages"];
+  ASSERT_EQ(bars.size(), stages.size());
+  const double left = seen["time_line"]["left"], right = seen["time_line"]["right"];
+  const double scale = (right - left) / seen["duration"].get<double>();
+  std::vector<std::vector<double>> rows(3);
+  for (const Json& bar : bars) {
+    const Json& stage = stages[bar["stage"].get<std::size_t>()];
+    EXPECT_NEAR(bar["left"].get<double>(), left + scale * stage["start"].get<double>(), 1.5);
+    EXPECT_NEAR(bar["right"].get<double>(), left + scale * endOf(stage), 1.5);
+    rows[stage["holder"].get<std::size_t>()].push_back(bar["top"]);
+  }
+  for (const auto& row : rows) EXPECT_THAT(row, testing::Each(row.front()));
+  EXPECT_LT(rows[0].front(), rows[1].front());
+  EXPECT_LT(rows[1].front(), rows[2].front());
+  EXPECT_THAT(bars[0]["title"].get<std::string>(), HasSubstr("duo/left reach: 0.00 s, 1.00 s"));
+}
+
+TEST_F(View, NothingOverlapsNorStandsOutOnAScreenOrAPhone) {
+  for (const char* size : {"1280x800", "390x844"}) {
+    for (const Json& plan : {cell_.plan(), cell_.failure()}) {
+      const Json seen = browse(plan, size);
+      EXPECT_THAT(seen["overlaps"], IsEmpty()) << size;
+      EXPECT_THAT(seen["outside"], IsEmpty()) << size;
+    }
+  }
+}
+
+TEST_F(View, PageMovesJointsAlongQuinticsAndTheObjectWithItsHolder) {
+  const Json plan = cell_.plan();
+  const Json& reach = stageOf(plan, 0, "reach");
+  const Json& carry = stageOf(plan, 0, "carry");
+  const Json& last_carry = stageOf(plan, 2, "carry");
+  const double in_reach = 0.3, in_carry = carry["start"].get<double>() + 0.7,
+               in_last = last_carry["start"].get<double>() + 1.1;
+  const double put_down = endOf(stageOf(plan, 2, "release"));
+  const Json seen = browse(plan, "1280x800", {in_reach, in_carry, in_last, put_down + 1.0});
+  const Json& at = seen["at"];
+  ASSERT_EQ(at.size(), 4u);
+
+  // The finger opens in the reach: between two samples the curve is that of the whole stage.
+  const double opened = 0.01 + 0.03 * smooth(in_reach / reach["t"].back().get<double>());
+  EXPECT_NEAR(at[0]["joints"]["duo"]["l_left"].get<double>(), opened, 1e-6);
+  EXPECT_NEAR(at[0]["joints"]["duo"]["l_right"].get<double>(), opened, 1e-6);  // mimics
+  expectPoint(at[0]["object"], {-0.4, 0, 0.06}, 1e-9);
+  EXPECT_EQ(at[0]["stage"], "duo/left reach");
+  EXPECT_THAT(at[0]["text"].get<std::string>(), HasSubstr("nobody holds the box"));
+
+  const double s = smooth(0.7 / 1.6);
+  expectPoint(at[1]["object"], {-0.4 + 0.3 * s, 0, 0.11 + 0.29 * s}, 1e-6);
+  EXPECT_THAT(at[1]["text"].get<std::string>(), HasSubstr("duo/left holding the box"));
+
+  const double u = smooth(1.1 / 2.0);
+  expectPoint(at[2]["object"], {0.1 + 0.3 * u, 0.2 * u, 0.4 - 0.24 * u}, 1e-6);
+  EXPECT_THAT(at[2]["text"].get<std::string>(), HasSubstr("crane/arm holding the box"));
+
+  expectPoint(at[3]["object"], {0.4, 0.2, 0.06}, 1e-6);  // where it was put down
+}
+
+TEST_F(View, FailurePageSaysWhyAndWhatWouldHelp) {
+  const Json seen = browse(cell_.failure(), "1280x800");
+  EXPECT_EQ(seen["error"], "");
+  EXPECT_THAT(seen["messages"], IsEmpty());
+  EXPECT_EQ(seen["title"], "sample: no plan for box");
+  EXPECT_EQ(seen["planned_parts"], 0);
+  EXPECT_GT(seen["failed_parts"], 0);
+  const std::string text = seen["text"];
+  EXPECT_THAT(text, HasSubstr("no handover pose"));
+  EXPECT_THAT(text, HasSubstr("At none of 412 poses"));
+  EXPECT_THAT(text, HasSubstr("Everything within what the search covers was tried."));
+  EXPECT_THAT(text, HasSubstr("crane/cup – table"));
+  EXPECT_THAT(text, HasSubstr("311 ×"));
+  EXPECT_THAT(text, HasSubstr("--set 'robots.crane.base.xyz=[0.3, 0.7, 0]'"));
+  EXPECT_THAT(text, HasSubstr("With crane 10 cm nearer there is a plan."));
+  EXPECT_THAT(text, HasSubstr("duo/left and crane/arm: approach of holder 2"));
+  EXPECT_EQ(seen["cameras"], (Json{"cell", "start", "farthest", "goal"}));
+  EXPECT_GT(seen["red"], 0) << "the bodies that touch are not red";
+  EXPECT_GT(seen["colours"], 100) << "the picture is blank";
+}
+
+TEST_F(View, ShowsAFailureWithoutFixOrFarthestAttempt) {
+  Json file = cell_.failure();
+  file["explanation"]["nearest_fix"] = nullptr;
+  file["explanation"]["farthest"] = nullptr;
+  file["explanation"]["fix_text"] = "";
+  file["explanation"]["exhaustive"] = false;
+  const Json seen = browse(file, "1280x800");
+  EXPECT_EQ(seen["error"], "");
+  EXPECT_THAT(seen["text"].get<std::string>(),
+              AllOf(HasSubstr("No fix was found."), HasSubstr("did not try everything"),
+                    Not(HasSubstr("farthest"))));
+}
+
+TEST_F(View, ShowsAPlanOfOneHolderThatHasTheObjectForGood) {
+  Json file = cell_.plan();
+  Json& plan = file["plan"];
+  plan["holders"].erase(2);
+  plan["holders"].erase(1);
+  plan["handovers"] = Json::array();
+  const Json all = plan["stages"];
+  plan["stages"] = {stageOf(file, 0, "carry")};
+  file["plan"]["stages"][0]["start"] = 0.0;
+  file["scene"]["start"]["held_by"] = "duo/left";
+  file["quality"] = nullptr;
+  file["complete"] = false;
+  const Json seen = browse(file, "1280x800", {0.0, 1.6});
+  EXPECT_EQ(seen["error"], "");
+  EXPECT_THAT(seen["messages"], IsEmpty());
+  EXPECT_EQ(seen["title"], "sample: duo brings box");
+  EXPECT_EQ(seen["cameras"], (Json{"cell", "start", "goal", "object"}));
+  expectPoint(seen["at"][0]["object"], {-0.4, 0, 0.11}, 1e-6);
+  expectPoint(seen["at"][1]["object"], {-0.1, 0, 0.4}, 1e-6);
+  EXPECT_THAT(seen["text"].get<std::string>(), HasSubstr("ended by its deadline"));
+}
+
+class Recording : public View {
+ protected:
+  Json read(const Json& plan) const {
+    const Finished read = handover::test::run({NODE, READ_MCAP, write(plan, "plan.mcap")}, {}, 60s);
+    EXPECT_EQ(read.status, 0) << read.err;
+    return Json::parse(read.out);
+  }
+
+  static Json transformOf(const Json& message, const std::string& frame) {
+    for (const Json& transform : message["transforms"]) {
+      if (transform["child_frame_id"] == frame) return transform["transform"];
+    }
+    return {};
+  }
+};
+
+TEST_F(Recording, IsReadByFoxglovesDecoder) {
+  const Json seen = read(cell_.plan());
   EXPECT_EQ(seen["header"]["profile"], "ros2");
   EXPECT_TRUE(seen["done"]);
   EXPECT_TRUE(seen["ordered"]);
-
-  const Json plan = cell_.plan()["plan"];
-  const Json& last_stage = plan["stages"].back();
-  const double duration = last_stage["start"].get<double>() + last_stage["t"].back().get<double>();
-  const Json& joints = seen["topics"]["/joint_states/r"];
+  const Json plan = cell_.plan();
+  const double duration = plan["quality"]["duration_s"];
+  const Json& joints = seen["topics"]["/joint_states/duo"];
   EXPECT_EQ(joints["type"], "sensor_msgs/msg/JointState");
-  EXPECT_NEAR(joints["count"], 30 * duration, 2);
-  EXPECT_NEAR(joints["last_time"], duration, 1e-6);
-  // The receiver's last stage ends where its joints say.
-  for (std::size_t j = 0; j < last_stage["joints"].size(); ++j) {
-    const auto& names = joints["last"]["name"];
-    const auto at = std::find(names.begin(), names.end(), last_stage["joints"][j]) - names.begin();
-    EXPECT_NEAR(joints["last"]["position"][static_cast<std::size_t>(at)],
-                last_stage["q"].back()[j].get<double>(), 1e-9);
-  }
-  // The object goes from its start to its goal.
-  const auto objectIn = [&](const Json& message) {
-    for (const Json& transform : message["transforms"]) {
-      if (transform["child_frame_id"] == plan["object"])
-        return transform["transform"]["translation"];
-    }
-    return Json();
-  };
+  EXPECT_NEAR(joints["count"].get<double>(), 30 * duration, 2);
+  EXPECT_NEAR(joints["last_time"].get<double>(), duration, 1e-6);
+  EXPECT_EQ(joints["last"]["name"].size(), 10u);  // mimic joints too
+  EXPECT_EQ(seen["topics"]["/stage"]["count"], plan["plan"]["stages"].size());
+  EXPECT_EQ(seen["topics"]["/stage"]["first"]["data"], "duo/left reach");
+  EXPECT_EQ(seen["topics"]["/stage"]["last"]["data"], "crane/arm home");
+}
+
+TEST_F(Recording, MovesTheObjectFromItsStartToItsGoal) {
+  const Json seen = read(cell_.plan());
   const Json& tf = seen["topics"]["/tf"];
-  EXPECT_NEAR(objectIn(tf["first"])["x"], plan["X_WO_start"]["xyz"][0].get<double>(), 1e-9);
-  EXPECT_NEAR(objectIn(tf["last"])["y"], plan["X_WO_goal"]["xyz"][1].get<double>(), 1e-3);
-  EXPECT_EQ(seen["topics"]["/stage"]["count"], 14);
-  EXPECT_EQ(seen["topics"]["/stage"]["last"]["data"], "receiver_retreat");
+  const Json start = transformOf(tf["first"], "box"), goal = transformOf(tf["last"], "box");
+  EXPECT_NEAR(start["translation"]["x"].get<double>(), -0.4, 1e-12);
+  EXPECT_NEAR(goal["translation"]["x"].get<double>(), 0.4, 1e-9);
+  EXPECT_NEAR(goal["translation"]["y"].get<double>(), 0.2, 1e-9);
+  EXPECT_NEAR(goal["translation"]["z"].get<double>(), 0.06, 1e-9);
+  // A quarter turn about z.
+  EXPECT_NEAR(std::abs(goal["rotation"]["z"].get<double>()), std::sqrt(0.5), 1e-9);
+  // What hangs on a robot goes with it.
+  EXPECT_NEAR(transformOf(tf["last"], "sign")["translation"]["z"].get<double>(), 0.85, 1e-12);
+  // A mimic finger follows the other one home.
+  EXPECT_NEAR(transformOf(tf["last"], "duo/l_right_finger")["translation"]["y"].get<double>(),
+              0.3 - 0.01, 1e-9);
+}
+
+TEST_F(Recording, ShowsEveryCollisionShape) {
+  const Json seen = read(cell_.plan());
   const Json& markers = seen["topics"]["/scene"]["first"]["markers"];
-  EXPECT_GT(markers.size(), plan["objects"].size());
-  for (const Json& marker : markers) EXPECT_EQ(marker["points"].size() % 3, 0u);
+  const auto of = [&](const std::string& body) {
+    std::vector<Json> found;
+    for (const Json& marker : markers) {
+      if (marker["ns"] == body) found.push_back(marker);
+    }
+    return found;
+  };
+  EXPECT_EQ(of("shelf").size(), 2u);  // a compound's parts
+  EXPECT_EQ(of("ball")[0]["scale"]["x"], 0.1);
+  ASSERT_EQ(of("duo/l_palm").size(), 2u);
+  const Json mesh = of("duo/l_palm")[1];
+  EXPECT_EQ(mesh["points"].size(), 12u * 3);
+  double widest = 0;
+  for (const Json& p : mesh["points"]) widest = std::max(widest, p["y"].get<double>());
+  EXPECT_NEAR(widest, 0.06, 1e-9);  // scaled
+  std::vector<int> ids;
+  for (const Json& marker : markers) ids.push_back(marker["id"]);
+  EXPECT_EQ(std::set<int>(ids.begin(), ids.end()).size(), ids.size());
 }
 
 }  // namespace
-}  // namespace handover::verify::test
+}  // namespace handover::view::test

@@ -28,11 +28,11 @@ class BareClient {
   BareClient(int domain, const std::string& client_id)
       : participant_({.domain = domain, .name = "bare", .on_writer = {}}),
         stages_(participant_, {.partition = client_id},
-                [this](const wire::Sample<msg::PlanStage>& sample) {
+                [this](const wire::Sample<msg::PlanEvent>& sample) {
                   if (sample.message == nullptr) return;
                   const auto stage = wire::decode(*sample.message);
                   const std::lock_guard lock(mutex_);
-                  received_.push_back(std::get<PlanStage>(stage));
+                  received_.push_back(std::get<PlanEvent>(stage));
                   changed_.notify_all();
                 }),
         requests_(participant_, {.on_match = [this](const auto&) {
@@ -67,9 +67,9 @@ class BareClient {
  private:
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<PlanStage> received_;
+  std::vector<PlanEvent> received_;
   wire::Participant participant_;
-  wire::Reader<msg::PlanStage> stages_;
+  wire::Reader<msg::PlanEvent> stages_;
   wire::Writer<msg::HandoverRequest> requests_;
 };
 
@@ -169,9 +169,9 @@ TEST_F(DdsEndpointTest, ClientsAtOnceGetWholeAnswersInOrder) {
     threads.emplace_back([&, c] {
       Client client({.domain = domain, .client_id = "client-" + std::to_string(c), .wait = 20s});
       for (int p = 0; p < kPlans; ++p) {
-        std::vector<PlanStage> seen;
+        std::vector<PlanEvent> seen;
         const auto handle =
-            client.plan(scripted("answer"), [&](const PlanStage& stage) { seen.push_back(stage); });
+            client.plan(scripted("answer"), [&](const PlanEvent& stage) { seen.push_back(stage); });
         const Outcome outcome = handle.wait();
         const auto expected = sampleAnswer(handle.id());
         bool same = outcome == Outcome{Done{1, true}} && seen.size() == expected.size();
@@ -238,14 +238,14 @@ TEST_F(DdsEndpointTest, AClientTellsOfAMissingStage) {
   // A daemon that sends the first stage and the third.
   const wire::Participant participant({.domain = domain, .name = "gaps", .on_writer = {}});
   wire::Writer<msg::DaemonStatus> statuses(participant, {});
-  wire::Writer<msg::PlanStage> stages(participant, {.partition = "gaps"});
+  wire::Writer<msg::PlanEvent> stages(participant, {.partition = "gaps"});
   const wire::Reader<msg::HandoverCancel> cancels(participant, {}, [](const auto&) {});
   const wire::Reader<msg::HandoverRequest> requests(
       participant, {}, [&](const wire::Sample<msg::HandoverRequest>& sample) {
         if (sample.message == nullptr) return;
         const RequestId id{sample.key};
-        (void)stages.write(wire::encode(PlanStage{id, 0, 0, Accepted{0, 7}}));
-        (void)stages.write(wire::encode(PlanStage{id, 2, 0, Outcome{Done{1, true}}}));
+        (void)stages.write(wire::encode(PlanEvent{id, 0, 0, Accepted{0, 7}}));
+        (void)stages.write(wire::encode(PlanEvent{id, 2, 0, Outcome{Done{1, true}}}));
       });
   DaemonStatus status;
   status.id = RequestId::random().bytes;
@@ -273,7 +273,7 @@ TEST_F(DdsEndpointTest, StagesLeaveAsTheyAreKnown) {
   const auto begin = std::chrono::steady_clock::now();
   (void)client
       .plan(scripted("paced"),
-            [&](const PlanStage& stage) {
+            [&](const PlanEvent& stage) {
               const std::chrono::duration<double> now = std::chrono::steady_clock::now() - begin;
               lags.push_back(now.count() - stage.elapsed_s);
             })

@@ -1,75 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stream of an answer as text: the plan file, and one JSON line per stage.
+// What a plan file (format handover-plan/2) says, as values. Units: m, rad, s.
 #pragma once
 
-#include <handover/common/plan.hpp>
+#include <handover/common/plan_event.hpp>
 
-#include <map>
+#include <cstdint>
+#include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace handover::client {
 
-/// How long a plan's motions take.
-struct MotionTime {
-  double motion_s = 0;         ///< from the start to the end of the last stage
-  double overlap_saves_s = 0;  ///< how much less that is than one stage after the other
-  bool operator==(const MotionTime&) const = default;
+/// A solution and its stages, in the order of their `index`.
+struct Plan {
+  Solution solution;
+  std::vector<StageTrajectory> stages;
+  bool operator==(const Plan&) const = default;
 };
 
-/// Gathers the stages of one request and writes the plan file (format handover-plan/1) from them
-/// alone. For equal stages, elapsed times apart, the text of the member "plan" is the same to the
-/// byte.
-class PlanFile {
+/// What the file does not carry keeps its default: grasp indices, and the indices of solutions.
+/// Timing and funnel are not read.
+struct PlanFile {
+  std::optional<SceneSnapshot> scene;  ///< nullopt: it failed before its scene was known
+  std::optional<Plan> plan;            ///< nullopt: it failed; with its quality, where known
+  bool complete = false;               ///< false: a deadline cut the search
+  std::uint64_t scene_revision = 0;
+  std::optional<Failure> failure;  ///< why there is no plan
+  bool operator==(const PlanFile&) const = default;
+};
+
+/// The text is no plan file, or its file cannot be read.
+class PlanFileError : public std::runtime_error {
  public:
-  void add(const PlanStage& stage);
-
-  /// True once the outcome is done and every stage of its solution is there.
-  bool complete() const;
-  /// The file's text. @throws std::logic_error unless complete().
-  std::string text() const;
-
-  /// The final solution; nullptr unless the outcome is done.
-  const Solution* solution() const;
-  /// Stages of the final solution in the order of the plan; empty unless the outcome is done.
-  std::vector<const StageTrajectory*> trajectories() const;
-
-  /// Of trajectories().
-  MotionTime motionTime() const;
-
-  /// [s] until the last stage of the first whole plan had left the daemon.
-  std::optional<double> firstPlanSeconds() const { return first_plan_s_; }
-
- private:
-  void take(const Accepted& accepted);
-  void take(const SceneSnapshot& scene);
-  void take(const ArmSelected& arms);
-  void take(const GraspsPruned& pruned);
-  void take(const HandoverCandidates& candidates);
-  void take(const Solution& solution);
-  void take(const StageTrajectory& stage);
-  void take(const Outcome& outcome);
-
-  std::vector<std::pair<std::string, double>> elapsed_;  ///< first of each kind of stage [s]
-  double last_elapsed_s_ = 0;
-  std::optional<double> first_plan_s_;
-  Accepted accepted_;
-  std::optional<SceneSnapshot> scene_;
-  std::vector<ArmSelected> arms_;
-  std::vector<GraspsPruned> pruned_;
-  std::vector<HandoverCandidates> candidates_;
-  std::map<std::uint32_t, Solution> solutions_;
-  std::map<std::uint32_t, std::map<std::uint32_t, StageTrajectory>> stages_;
-  std::optional<Outcome> outcome_;
+  /// @param where a JSON pointer into the file, or the file's path.
+  PlanFileError(const std::string& where, const std::string& what)
+      : std::runtime_error((where.empty() ? "/" : where) + ": " + what) {}
 };
 
-/// "accepted", "scene", "arm_selected", "grasps_pruned", "handover_candidates", "solution",
-/// "trajectory" or "outcome".
-const char* payloadName(const StagePayload& payload);
+/// Reads and checks form: types, finite numbers, unit quaternions (1e-3), sizes, names of robots,
+/// rows as long as `joints`, indices in order. Whether the plan is a good one is not asked.
+/// @throws PlanFileError naming the field as a JSON pointer.
+PlanFile parsePlanFile(std::string_view text);
 
-/// A stage as one line of JSON, no line break: request_id, sequence, elapsed_s, type and the
-/// payload.
-std::string jsonLine(const PlanStage& stage);
+/// The text of a regular file of at most 256 MiB. @throws PlanFileError.
+std::string readPlanText(const std::filesystem::path& file);
+
+/// Both. @throws PlanFileError naming the file, and the field in it.
+PlanFile readPlanFile(const std::filesystem::path& file);
 
 }  // namespace handover::client

@@ -2,6 +2,8 @@
 // What a daemon tells about itself.
 #pragma once
 
+#include <handover/common/enum_names.hpp>
+
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -31,6 +33,7 @@ struct CellInfo {
   std::vector<std::string> tasks;
   std::uint64_t revision = 0;         ///< of its scene
   std::vector<Variation> variations;  ///< what experiments draw, in the cell file's order
+  std::string scene_hash{};           ///< of the first task, before overrides; hex digits, or none
   bool operator==(const CellInfo&) const = default;
 };
 
@@ -44,8 +47,10 @@ enum class DaemonState {
   kStopping,  ///< open requests get their outcomes, new ones are left to others
 };
 
-/// "preparing", "ready", "stopping"; "unspecified" for kUnspecified.
-const char* toString(DaemonState state);
+template <>
+struct EnumNames<DaemonState> {
+  static constexpr std::array value{"unspecified", "preparing", "ready", "stopping"};
+};
 
 /// Requests answered since the start, by outcome.
 struct OutcomeCounters {
@@ -61,6 +66,9 @@ struct DaemonStatus {
   std::vector<CellInfo> cells;
   std::uint32_t queued = 0, running = 0;
   OutcomeCounters counters;
+  std::uint64_t refused = 0;       ///< requests that could not even be answered
+  std::uint32_t clients = 0;       ///< that have a stream of events
+  std::uint64_t memory_bytes = 0;  ///< resident; 0: not known
   bool operator==(const DaemonStatus&) const = default;
 };
 

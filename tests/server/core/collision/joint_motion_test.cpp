@@ -24,7 +24,7 @@ TEST(JointMotion, ASegmentIsItsLine) {
     const auto [from, to] = part(random);
     expectNearTheLine(motion, from, to,
                       [&](double s) -> Eigen::VectorXd { return a + s * (b - a); });
-    MotionStretch stretch;
+    MotionInterval stretch;
     motion.stretch(from, to, stretch);
     EXPECT_EQ(stretch.rest.maxCoeff(), 0);
   }

@@ -12,7 +12,7 @@ namespace handover::test {
 /// @param at  s -> q(s).
 template <typename StateAt>
 void expectNearTheLine(const JointMotion& motion, double from, double to, const StateAt& at) {
-  MotionStretch stretch;
+  MotionInterval stretch;
   motion.stretch(from, to, stretch);
   EXPECT_TRUE(stretch.q_middle.isApprox(at(0.5 * (from + to)), 1e-12));
   for (int k = 0; k <= 20; ++k) {

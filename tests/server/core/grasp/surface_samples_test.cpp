@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/grasp/surface_samples.hpp"
 
-#include "core/decomposition/convex_parts.hpp"
+#include "core/decomposition/convex_decomposition.hpp"
 #include "support/meshes.hpp"
 
 #include <gtest/gtest.h>

@@ -41,7 +41,7 @@ TEST_P(Follow, KeepsToStraightLinesWithoutJumps) {
       Pose X_AT = X_start;
       X_AT.translation() += (X_end.translation() - X_start.translation()) * (step / 20.0);
       ArmVector next;
-      on = arm_.follow(X_AT, q, kMaxStep, next);
+      on = arm_.trackPose(X_AT, q, kMaxStep, next);
       if (!on) break;
       ASSERT_TRUE(arm_.withinLimits(next, 0));
       ASSERT_LE((next - q).cwiseAbs().maxCoeff(), kMaxStep);
@@ -60,7 +60,7 @@ TEST_P(Follow, StaysWhereItIsWhenThePoseIsReached) {
   for (int k = 0; k < 200; ++k) {
     const ArmVector q = configurations.next();
     ArmVector same;
-    ASSERT_TRUE(arm_.follow(arm_.toolPose(q), q, 1e-3, same));
+    ASSERT_TRUE(arm_.trackPose(arm_.toolPose(q), q, 1e-3, same));
     EXPECT_LT((same - q).norm(), 1e-6);
   }
 }
@@ -73,7 +73,7 @@ TEST_P(Follow, RefusesStepsThatAreTooLong) {
     Pose X_AT = arm_.toolPose(q);
     X_AT.translation().z() += 0.02;
     ArmVector next = ArmVector::Constant(1, 7.0);
-    if (!arm_.follow(X_AT, q, 1e-4, next)) {
+    if (!arm_.trackPose(X_AT, q, 1e-4, next)) {
       ++refused;
       EXPECT_EQ(next.size(), 1);  // untouched
     }
@@ -92,7 +92,7 @@ TEST(ArmKinematics, FollowMovesRedundantJointsAsLittleAsPossible) {
     Pose X_AT = arm.toolPose(q);
     X_AT.translation().x() += 0.01;
     ArmVector next;
-    if (!arm.follow(X_AT, q, 0.2, next)) continue;
+    if (!arm.trackPose(X_AT, q, 0.2, next)) continue;
     bool at_limit = false;
     for (int i = 0; i < 7; ++i) at_limit |= next[i] == arm.lower()[i] || next[i] == arm.upper()[i];
     if (at_limit) continue;
@@ -114,7 +114,7 @@ TEST(ArmKinematics, FollowHoldsAJointAtItsLimit) {
   Pose X_AT = arm.toolPose(q);
   X_AT.translation() += Eigen::Vector3d(0.01, -0.01, 0.02);
   ArmVector next;
-  ASSERT_TRUE(arm.follow(X_AT, q, 0.3, next));
+  ASSERT_TRUE(arm.trackPose(X_AT, q, 0.3, next));
   EXPECT_EQ(next[2], q[2]);
   EXPECT_LT(poseDistance(arm.toolPose(next), X_AT), 2e-9);
 }

@@ -73,7 +73,7 @@ TEST_P(ClosedForm, RefusesPosesThatAreNotFinite) {
         X_AT.matrix()(row, column) = bad;
         EXPECT_EQ(arm_.solve(X_AT, {}, out).solutions, 0u);
         ArmVector q;
-        EXPECT_FALSE(arm_.follow(X_AT, ArmVector::Zero(7), 0.5, q));
+        EXPECT_FALSE(arm_.trackPose(X_AT, ArmVector::Zero(7), 0.5, q));
       }
     }
   }

@@ -203,7 +203,7 @@ TEST_F(ReadConvexMesh, DividesOnlyWhatIsNotConvex) {
       "f 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nf 5 6 9\nf 6 7 9\nf 7 8 9\nf 8 5 9\n";
   text += objBox("box", {2, 0, 0}, {3, 1, 1}, 10);
   std::vector<TriangleMesh> divided;
-  const MeshDivider divide = [&divided](const TriangleMesh& mesh) {
+  const ConvexDecomposer divide = [&divided](const TriangleMesh& mesh) {
     divided.push_back(mesh);
     return std::vector{test::boxMesh({0, 0, 0}, {1, 1, 1}), test::boxMesh({0, 0, 0}, {1, 1, 0.5})};
   };

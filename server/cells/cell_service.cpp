@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cells/cell_service.hpp"
+
+#include "cells/decomposition_cache.hpp"
+#include "cells/nearest_fix.hpp"
+#include "cells/request_task.hpp"
+#include "core/planning/collision_context.hpp"
+#include "settings/roots.hpp"
+
+#include <set>
+#include <stdexcept>
+
+namespace handover {
+namespace {
+
+/// For plans that are only asked whether they exist.
+class NullSink : public PlanEventSink {
+ public:
+  void emit(PlanEventPayload) override {}
+};
+
+/// Whether where the last robot of the chain stands can have to do with a failure: what others
+/// alone cannot do no move of it helps, unless it is in the way.
+bool lastMatters(const Failed& failed, const std::string& robot) {
+  const auto inTheWay = [&] {
+    for (const auto& cause : failed.explanation.causes) {
+      for (const auto& body : {cause.pair.first, cause.pair.second}) {
+        if (body.starts_with(robot + "/")) return true;
+      }
+    }
+    return false;
+  };
+  switch (failed.reason) {
+    case FailureReason::kGoalUnreachable:
+    case FailureReason::kNoGraspAtGoal:
+    case FailureReason::kNoCommonWorkspace:
+    case FailureReason::kNoHandoverPose:
+    case FailureReason::kNoPath:
+      return true;
+    case FailureReason::kStartInCollision:
+    case FailureReason::kGoalInCollision:
+    case FailureReason::kNoGraspAtStart:
+      return inTheWay();
+    case FailureReason::kUnspecified:
+    case FailureReason::kStartUnreachable:
+    case FailureReason::kNoGrasp:
+    case FailureReason::kStartUnsupported:
+    case FailureReason::kGoalUnsupported:
+    case FailureReason::kDeadline:
+    case FailureReason::kInternal:
+      return false;
+  }
+  return false;
+}
+
+Rejected badRequest(std::vector<Fault> faults) {
+  return {RejectionReason::kBadRequest, std::move(faults)};
+}
+
+}  // namespace
+
+CellService::CellService(const std::filesystem::path& root, const std::vector<std::string>& cells,
+                         const std::filesystem::path& cache_folder,
+                         ResourceCache::Progress progress, bool force)
+    : cache_(cache_folder, std::move(progress), force) {
+  const DecompositionCache divide(cache_folder, force);
+  std::vector<FileFault> faults;
+  for (const auto& name : cells) {
+    const auto file = cellFile(name, root);
+    Cell cell = Cell::load(file, root, models_, divide);
+    if (find(cell.name()) != nullptr) {
+      faults.push_back({file.string(), 0, "a cell named '" + cell.name() + "' is loaded already"});
+      continue;
+    }
+    auto instance = cell.instantiate({}, 1);
+    if (auto* found = std::get_if<std::vector<Fault>>(&instance)) {
+      for (const auto& fault : *found) {
+        faults.push_back({file.string(), 0, fault.field + ": " + fault.message});
+      }
+      continue;
+    }
+    Loaded loaded{std::move(cell), std::get<Cell::Instance>(std::move(instance)), {}, 1, {}};
+    loaded.scene_hash = sceneHash(*loaded.instance.scene, loaded.instance.tasks.front());
+    for (const auto& task : loaded.instance.tasks) {
+      auto& collision = loaded.collision[task.object];
+      if (!collision) collision = collisionForTask(*loaded.instance.scene, task.object);
+    }
+    cells_.push_back(std::move(loaded));
+  }
+  if (!faults.empty()) throw FileError(std::move(faults));
+}
+
+const CellService::Loaded* CellService::find(const std::string& cell) const {
+  for (const auto& loaded : cells_) {
+    if (loaded.cell.name() == cell) return &loaded;
+  }
+  return nullptr;
+}
+
+std::vector<CellInfo> CellService::cells() const {
+  std::vector<CellInfo> infos;
+  for (const auto& loaded : cells_) {
+    infos.push_back({loaded.cell.name(), loaded.cell.taskNames(), loaded.revision,
+                     loaded.cell.variations(), loaded.scene_hash});
+  }
+  return infos;
+}
+
+void CellService::prepare(const Deadline& deadline) {
+  for (const auto& loaded : cells_) {
+    std::set<std::string> objects;
+    for (const auto& task : loaded.instance.tasks) objects.insert(task.object);
+    for (const auto& object : objects) resources(*loaded.instance.scene, object, deadline);
+  }
+}
+
+std::vector<RobotResources> CellService::resources(const Scene& scene, const std::string& object,
+                                                   const Deadline& deadline) {
+  const SceneObject& target = scene.objects[static_cast<std::size_t>(scene.findObject(object))];
+  std::vector<RobotResources> all;
+  for (const auto& robot : scene.robots) {
+    RobotResources mine;
+    for (int arm = 0; arm < static_cast<int>(robot.model->arms.size()); ++arm) {
+      mine.kinematics.push_back(cache_.kinematics(robot.model, arm));
+      mine.maps.push_back(cache_.map(robot, arm, deadline));
+      mine.grasps.push_back(cache_.grasps(target, robot, arm, deadline));
+    }
+    all.push_back(std::move(mine));
+  }
+  return all;
+}
+
+std::variant<TransportProblem, Outcome> CellService::problemOf(const Loaded& loaded,
+                                                               const PlanRequest& request,
+                                                               const Deadline& deadline) {
+  Cell::Instance instance = loaded.instance;
+  std::vector<Fault> faults;
+  if (!request.overrides.empty()) {
+    auto changed = loaded.cell.instantiate(request.overrides, loaded.revision);
+    if (auto* found = std::get_if<std::vector<Fault>>(&changed)) {
+      faults = std::move(*found);  // the rest is checked against the cell as it is
+    } else {
+      instance = std::get<Cell::Instance>(std::move(changed));
+    }
+  }
+
+  TransportProblem problem;
+  problem.task = resolveTask(request, instance, faults);
+  checkSearch(request, problem.task, faults);
+  if (!faults.empty()) return badRequest(std::move(faults));
+  try {
+    problem.resources = resources(*instance.scene, problem.task.object, deadline);
+  } catch (const std::runtime_error& error) {
+    // Maps and grasps of a changed robot or object take long to make.
+    if (deadline.state() == Deadline::State::kCancelled) return Cancelled{};
+    if (deadline.state() == Deadline::State::kOpen) throw;
+    Failed late;
+    late.reason = FailureReason::kDeadline;
+    late.explanation.filter = "prepare";
+    late.explanation.text =
+        std::string("The deadline passed while maps and grasps were made: ") + error.what();
+    return late;
+  }
+  std::shared_ptr<const Scene> scene = instance.scene;
+  if (problem.task.held_by) {
+    const auto [robot, arm] = *problem.task.held_by;
+    const auto& grasps =
+        problem.resources[static_cast<std::size_t>(robot)].grasps[static_cast<std::size_t>(arm)];
+    auto held = std::make_shared<Scene>(*scene);
+    problem.held_grasp = takeInHand(*held, problem.task, grasps.get());
+    scene = std::move(held);
+  }
+  problem.scene = startOf(scene, problem.task);
+  const auto known = loaded.collision.find(problem.task.object);
+  problem.collision =
+      request.overrides.empty() && !problem.task.held_by && known != loaded.collision.end()
+          ? known->second
+          : collisionForTask(*problem.scene, problem.task.object);
+  problem.mode = request.mode;
+  problem.search = request.search;
+  problem.seed = request.seed;
+  problem.speed_scale = request.speed_scale;
+  return problem;
+}
+
+std::variant<TransportProblem, Outcome> CellService::problemOf(const PlanRequest& request,
+                                                               const Deadline& deadline) {
+  const Loaded* loaded = find(request.cell);
+  if (loaded == nullptr)
+    return Rejected{RejectionReason::kUnknownCell, {{"cell", "no cell '" + request.cell + "'"}}};
+  if (request.expected_revision && *request.expected_revision != loaded->revision) {
+    return Rejected{
+        RejectionReason::kSceneChanged,
+        {{"expected_revision", "the scene's revision is " + std::to_string(loaded->revision)}}};
+  }
+  if (!request.expected_hash.empty() && request.expected_hash != loaded->scene_hash) {
+    return Rejected{RejectionReason::kSceneChanged,
+                    {{"expected_hash", "the scene's hash is " + loaded->scene_hash}}};
+  }
+  return problemOf(*loaded, request, deadline);
+}
+
+Outcome CellService::plan(const PlanRequest& request, PlanEventSink& sink,
+                          const Deadline& deadline) {
+  auto problem = problemOf(request, deadline);
+  if (auto* refused = std::get_if<Outcome>(&problem)) return std::move(*refused);
+  Outcome outcome = planTransport(std::get<TransportProblem>(problem), sink, deadline);
+  if (auto* failed = std::get_if<Failed>(&outcome)) {
+    explain(*find(request.cell), request, std::get<TransportProblem>(problem), sink, deadline,
+            *failed);
+    if (deadline.state() == Deadline::State::kCancelled) return Cancelled{};
+  }
+  return outcome;
+}
+
+void CellService::explain(const Loaded& loaded, const PlanRequest& request,
+                          const TransportProblem& problem, PlanEventSink& sink,
+                          const Deadline& deadline, Failed& failed) {
+  sink.emit(Failure{failed.reason, failed.explanation});
+  if (!request.wants_fix) return;
+  addNearestFix(loaded, request, problem, deadline, failed);
+  const Explanation& why = failed.explanation;
+  if (!why.nearest_fix.empty()) sink.emit(Fix{why.nearest_fix, why.fix_text});
+}
+
+void CellService::addNearestFix(const Loaded& loaded, const PlanRequest& request,
+                                const TransportProblem& problem, const Deadline& deadline,
+                                Failed& failed) {
+  if (failed.reason == FailureReason::kDeadline || failed.reason == FailureReason::kInternal)
+    return;
+  const std::vector<ChainHolder>& chain = problem.task.chain;
+  if (chain.size() != 2 || chain.front().robot == chain.back().robot) {
+    failed.explanation.fix_text = "Not sought: fixes are sought for two holders of two robots.";
+    return;
+  }
+  const SceneRobot& moved_robot =
+      problem.scene->robots[static_cast<std::size_t>(chain.back().robot)];
+  if (!lastMatters(failed, moved_robot.name)) {
+    failed.explanation.fix_text = "No move of " + moved_robot.name + " would help.";
+    return;
+  }
+  const auto withChange = [&](const Override& change) {
+    PlanRequest moved = request;
+    moved.overrides.push_back(change);
+    moved.mode = SearchMode::kFirst;
+    return moved;
+  };
+  const auto maps_allow = [&](const Override& change) {
+    const auto instance = loaded.cell.instantiate(withChange(change).overrides, loaded.revision);
+    if (!std::holds_alternative<Cell::Instance>(instance)) return false;
+    TransportProblem moved = problem;  // its bodies, maps and grasps: a move changes none of them
+    std::vector<Fault> none;
+    moved.task = resolveTask(request, std::get<Cell::Instance>(instance), none);
+    moved.scene = startOf(std::get<Cell::Instance>(instance).scene, moved.task);
+    return mapsAllow(moved);
+  };
+  const auto plans = [&](const Override& change) {
+    auto moved = problemOf(loaded, withChange(change), deadline);
+    if (!std::holds_alternative<TransportProblem>(moved)) return false;
+    NullSink null_sink;
+    const Outcome outcome = planTransport(std::get<TransportProblem>(moved), null_sink, deadline);
+    return std::holds_alternative<Done>(outcome);
+  };
+  const auto moves = movesByCost(moved_robot.X_WB.translation(), reachBalls(problem, chain.back()),
+                                 reachBalls(problem, chain.front()));
+  NearestFix fix = findNearestFix(moved_robot, moves, maps_allow, plans, deadline);
+  failed.explanation.nearest_fix = std::move(fix.overrides);
+  failed.explanation.fix_text = std::move(fix.text);
+}
+
+}  // namespace handover

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// The real PlanService: cells from files, maps and grasp sets from the cache, plans from the core.
+#pragma once
+
+#include "cells/resource_cache.hpp"
+#include "core/planning/plan_transport.hpp"
+#include "runtime/plan_service.hpp"
+#include "settings/cell_file.hpp"
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace handover {
+
+/// The cells of one daemon.
+class CellService : public PlanService {
+ public:
+  /// Loads every cell (names under <root>/config/cells or files). @throws FileError.
+  CellService(const std::filesystem::path& root, const std::vector<std::string>& cells,
+              const std::filesystem::path& cache_folder, ResourceCache::Progress progress,
+              bool force);
+
+  std::vector<CellInfo> cells() const override;
+  void prepare(const Deadline& deadline) override;
+  Outcome plan(const PlanRequest& request, PlanEventSink& sink, const Deadline& deadline) override;
+
+  /// What plan() solves; or the outcome of a request that cannot be planned at all.
+  std::variant<TransportProblem, Outcome> problemOf(const PlanRequest& request,
+                                                    const Deadline& deadline);
+
+ private:
+  struct Loaded {
+    Cell cell;
+    /// Without overrides.
+    Cell::Instance instance;
+    /// By task object.
+    std::map<std::string, std::shared_ptr<const CollisionScene>> collision;
+    std::uint64_t revision = 1;
+    std::string scene_hash;  ///< of the first task
+  };
+
+  const Loaded* find(const std::string& cell) const;
+  std::vector<RobotResources> resources(const Scene& scene, const std::string& object,
+                                        const Deadline& deadline);
+  /// The request against the cell; or the outcome of one that cannot be planned at all.
+  std::variant<TransportProblem, Outcome> problemOf(const Loaded& loaded,
+                                                    const PlanRequest& request,
+                                                    const Deadline& deadline);
+  /// Emits the failure, then looks for what would help and adds it.
+  void explain(const Loaded& loaded, const PlanRequest& request, const TransportProblem& problem,
+               PlanEventSink& sink, const Deadline& deadline, Failed& failed);
+  /// Adds to an explanation what would help.
+  void addNearestFix(const Loaded& loaded, const PlanRequest& request,
+                     const TransportProblem& problem, const Deadline& deadline, Failed& failed);
+
+  std::vector<Loaded> cells_;
+  ModelCache models_;
+  ResourceCache cache_;
+};
+
+}  // namespace handover

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cells/resource_cache.hpp"
+
+#include "core/collision/arm_self_collision.hpp"
+
+#include <handover/common/log.hpp>
+
+#include <cstdio>
+#include <stdexcept>
+
+namespace handover {
+namespace {
+
+std::string hexText(std::uint64_t hash) {
+  char text[17];
+  std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(hash));
+  return text;
+}
+
+GraspParams graspParams(const SceneObject& object, const SceneRobot& robot, const Hand& hand) {
+  GraspParams params;
+  if (const auto by_robot = object.grasp_counts.find(robot.name);
+      by_robot != object.grasp_counts.end()) {
+    if (const auto count = by_robot->second.find(hand.name); count != by_robot->second.end()) {
+      params.wanted = count->second;
+    }
+  }
+  return params;
+}
+
+/// Products kept in memory of each sort, and how often one who waits for another's looks at its
+/// deadline.
+constexpr std::size_t kKept = 256;
+constexpr std::chrono::milliseconds kDeadlineCheck{20};
+
+}  // namespace
+
+ResourceCache::ResourceCache(std::filesystem::path folder, Progress progress, bool force)
+    : folder_(std::move(folder)), progress_(std::move(progress)), force_(force) {}
+
+std::shared_ptr<const ArmKinematics> ResourceCache::kinematics(
+    const std::shared_ptr<const RobotModel>& model, int arm) {
+  const std::lock_guard lock(mutex_);
+  auto& entry = kinematics_[{model.get(), arm}];
+  if (!entry) entry = std::make_shared<const ArmKinematics>(*model, arm);
+  return entry;
+}
+
+template <typename Product, typename Make>
+std::shared_ptr<const Product> ResourceCache::get(Shelf<Product>& shelf, std::uint64_t hash,
+                                                  const Deadline& deadline, Make make) {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    if (const auto known = shelf.products.find(hash); known != shelf.products.end()) {
+      return known->second;
+    }
+    if (!shelf.in_progress.contains(hash)) break;
+    if (deadline.over()) throw std::runtime_error("stopped while another request made it");
+    made_.wait_for(lock, kDeadlineCheck);
+  }
+  shelf.in_progress.insert(hash);
+  lock.unlock();
+  std::shared_ptr<const Product> product;
+  std::exception_ptr failure;
+  try {
+    product = make();
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  lock.lock();
+  shelf.in_progress.erase(hash);
+  if (!failure) {
+    // Requests that change robots or objects bring products of their own; the folder keeps them
+    // all.
+    if (shelf.products.size() >= kKept) shelf.products.clear();
+    shelf.products[hash] = product;
+  }
+  made_.notify_all();
+  if (failure) std::rethrow_exception(failure);
+  return product;
+}
+
+std::shared_ptr<const ReachabilityMap> ResourceCache::map(const SceneRobot& robot, int arm,
+                                                          const Deadline& deadline) {
+  const std::uint64_t hash =
+      ReachabilityMap::hash(*robot.model, arm, robot.q_start, ReachabilityParams{});
+  return get(maps_, hash, deadline, [&] { return makeMap(robot, arm, hash, deadline); });
+}
+
+std::shared_ptr<const ReachabilityMap> ResourceCache::makeMap(const SceneRobot& robot, int arm,
+                                                              std::uint64_t hash,
+                                                              const Deadline& deadline) {
+  const ReachabilityParams params;
+  const std::string arm_name =
+      robot.model->name + "/" + robot.model->arms[static_cast<std::size_t>(arm)].name;
+  const auto file =
+      folder_ / "maps" /
+      (robot.model->name + "-" + robot.model->arms[static_cast<std::size_t>(arm)].name + "-" +
+       hexText(hash) + ".map");
+  auto log = logger("maps");
+  if (!force_) {
+    auto map = ReachabilityMap::open(file, hash);
+    if (map) return *map;
+    if (map.error().code != ErrorCode::kNotFound) {
+      log->warn("{}; rebuilding", map.error().detail);
+    }
+  }
+  std::filesystem::create_directories(file.parent_path());
+  const ArmSelfCollision touches_itself(*robot.model, arm, robot.q_start);
+  const auto built = ReachabilityMap::build(
+      *robot.model, arm, robot.q_start, params,
+      [&](const ArmVector& q) { return touches_itself(q); }, file,
+      [&](double fraction) {
+        if (progress_) progress_("map " + arm_name, fraction);
+      },
+      deadline);
+  if (!built) throw std::runtime_error("map of " + arm_name + ": " + built.error().detail);
+  auto map = ReachabilityMap::open(file, hash);
+  if (!map) throw std::runtime_error("map of " + arm_name + ": " + map.error().detail);
+  return *map;
+}
+
+std::shared_ptr<const GraspSet> ResourceCache::grasps(const SceneObject& object,
+                                                      const SceneRobot& robot, int arm,
+                                                      const Deadline& deadline) {
+  const int hand = robot.model->arms[static_cast<std::size_t>(arm)].hand;
+  if (hand < 0) return nullptr;
+  const GraspParams params =
+      graspParams(object, robot, robot.model->hands[static_cast<std::size_t>(hand)]);
+  const std::uint64_t hash = graspSetHash(object, *robot.model, arm, params);
+  return get(grasps_, hash, deadline,
+             [&] { return makeGrasps(object, robot, arm, hash, deadline); });
+}
+
+std::shared_ptr<const GraspSet> ResourceCache::makeGrasps(const SceneObject& object,
+                                                          const SceneRobot& robot, int arm,
+                                                          std::uint64_t hash,
+                                                          const Deadline& deadline) {
+  const Hand& hand =
+      robot.model
+          ->hands[static_cast<std::size_t>(robot.model->arms[static_cast<std::size_t>(arm)].hand)];
+  const GraspParams params = graspParams(object, robot, hand);
+  const std::string name = object.name + " " + robot.model->name + "/" + hand.name;
+  const auto file =
+      folder_ / "grasps" /
+      (object.name + "-" + robot.model->name + "-" + hand.name + "-" + hexText(hash) + ".json");
+  auto log = logger("grasps");
+  if (!force_) {
+    auto set = readGraspSet(file, hash);
+    if (set) return std::make_shared<const GraspSet>(std::move(*set));
+    if (set.error().code != ErrorCode::kNotFound) {
+      log->warn("{}; rebuilding", set.error().detail);
+    }
+  }
+  std::filesystem::create_directories(file.parent_path());
+  auto set = generateGrasps(
+      object, *robot.model, arm, params,
+      [&](double fraction) {
+        if (progress_) progress_("grasps " + name, fraction);
+      },
+      deadline);
+  if (!set) {
+    if (set.error().code == ErrorCode::kNotFound) return nullptr;
+    throw std::runtime_error("grasps of " + name + ": " + set.error().detail);
+  }
+  if (const auto written = writeGraspSet(*set, hash, file); !written) {
+    throw std::runtime_error("grasps of " + name + ": " + written.error().detail);
+  }
+  return std::make_shared<const GraspSet>(std::move(*set));
+}
+
+}  // namespace handover

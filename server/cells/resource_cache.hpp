@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// Maps, grasp sets and arm kinematics: read from the cache folder or made.
+#pragma once
+
+#include "core/planning/transport_problem.hpp"
+
+#include <handover/common/deadline.hpp>
+
+#include <condition_variable>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+
+namespace handover {
+
+/// Offline products of one cache folder, made when missing or out of date. Safe from any thread:
+/// each product is made once, by the first that asks for it; others that want the same wait, those
+/// that want another don't.
+class ResourceCache {
+ public:
+  /// What is being made ("map crichton/left", "grasps cup hubo/left_hand") and the fraction done.
+  using Progress = std::function<void(const std::string& what, double fraction)>;
+
+  /// `force`: make everything anew, whatever the cache holds.
+  ResourceCache(std::filesystem::path folder, Progress progress, bool force);
+
+  /// @throws std::runtime_error with the reason when the map can neither be read nor made.
+  std::shared_ptr<const ReachabilityMap> map(const SceneRobot& robot, int arm,
+                                             const Deadline& deadline);
+  /// The grasps of `object` by the hand of the arm; nullptr when the hand finds none.
+  std::shared_ptr<const GraspSet> grasps(const SceneObject& object, const SceneRobot& robot,
+                                         int arm, const Deadline& deadline);
+  std::shared_ptr<const ArmKinematics> kinematics(const std::shared_ptr<const RobotModel>& model,
+                                                  int arm);
+
+ private:
+  template <typename Product>
+  struct Shelf {
+    std::map<std::uint64_t, std::shared_ptr<const Product>> products;  ///< by hash
+    std::set<std::uint64_t> in_progress;
+  };
+
+  template <typename Product, typename Make>
+  std::shared_ptr<const Product> get(Shelf<Product>& shelf, std::uint64_t hash,
+                                     const Deadline& deadline, Make make);
+  std::shared_ptr<const ReachabilityMap> makeMap(const SceneRobot& robot, int arm,
+                                                 std::uint64_t hash, const Deadline& deadline);
+  std::shared_ptr<const GraspSet> makeGrasps(const SceneObject& object, const SceneRobot& robot,
+                                             int arm, std::uint64_t hash, const Deadline& deadline);
+
+  std::filesystem::path folder_;
+  Progress progress_;
+  bool force_;
+  std::mutex mutex_;  // guards all below
+  std::condition_variable made_;
+  Shelf<ReachabilityMap> maps_;
+  Shelf<GraspSet> grasps_;
+  std::map<std::pair<const RobotModel*, int>, std::shared_ptr<const ArmKinematics>> kinematics_;
+};
+
+}  // namespace handover

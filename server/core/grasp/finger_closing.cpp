@@ -1,0 +1,389 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/grasp/finger_closing.hpp"
+
+#include "core/grasp/surface_samples.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace handover {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr double kLookAhead = 0.04;  // distances are asked for up to this [m]
+constexpr int kMaxSteps = 200;       // of one joint's closing; seen: below 60
+constexpr double kLineSkin = 1e-4;   // fingers on their way to the contact stay this far off [m]
+constexpr double kOpenings[] = {0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 1.0};
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+std::vector<Eigen::Vector3d> outline(const Link& link) {
+  std::vector<Eigen::Vector3d> points;
+  for (const Shape& shape : link.collision) {
+    const ConvexPart part = toConvexPart(shape);
+    points.insert(points.end(), part.vertices.begin(), part.vertices.end());
+  }
+  return points;
+}
+
+/// Farthest point of a link and all beyond it from the link's own origin, whatever the posture.
+double reachOf(const RobotModel& model, int link) {
+  double reach = 0;
+  for (const auto& p : outline(model.links[at(link)])) reach = std::max(reach, p.norm());
+  return reach * 1.01;  // round shapes are drawn by inscribed facets
+}
+
+int dofIn(const RobotModel& from, int dof, const RobotModel& to) {
+  const int joint = from.dof_joints[at(dof)];
+  const int found = to.findJoint(from.joints[at(joint)].name);
+  if (found < 0) throw std::invalid_argument("a hand's joint is not beyond the wrist");
+  return to.joints[at(found)].dof;
+}
+
+std::vector<int> dofsIn(const RobotModel& from, const std::vector<int>& dofs,
+                        const RobotModel& to) {
+  std::vector<int> mapped;
+  for (const int dof : dofs) mapped.push_back(dofIn(from, dof, to));
+  return mapped;
+}
+
+std::vector<int> linksIn(const RobotModel& from, const std::vector<int>& links,
+                         const RobotModel& to) {
+  std::vector<int> mapped;
+  for (const int link : links) {
+    const int found = to.findLink(from.links[at(link)].name);
+    if (found >= 0) mapped.push_back(found);
+  }
+  return mapped;
+}
+
+/// The part of the robot at and beyond `root`, as a robot of its own.
+RobotModel subtree(const RobotModel& model, int root) {
+  RobotModel sub;
+  sub.name = model.name;
+  std::vector<int> link_at(model.links.size(), -1);
+  link_at[at(root)] = 0;
+  sub.links.push_back(model.links[at(root)]);
+  sub.links[0].parent_joint = -1;
+  std::vector<int> masters;  // dofs of `model` in the order of sub's
+  for (const Joint& joint : model.joints) {
+    const int parent = link_at[at(joint.parent_link)];
+    if (parent < 0 || joint.child_link == root) continue;
+    const int child = static_cast<int>(sub.links.size());
+    link_at[at(joint.child_link)] = child;
+    sub.links.push_back(model.links[at(joint.child_link)]);
+    sub.links.back().parent_joint = static_cast<int>(sub.joints.size());
+    sub.joints.push_back(joint);
+    sub.joints.back().parent_link = parent;
+    sub.joints.back().child_link = child;
+    if (joint.type != JointType::kFixed && !joint.mimic) masters.push_back(joint.dof);
+  }
+  sub.dof_joints.assign(masters.size(), -1);
+  for (std::size_t j = 0; j < sub.joints.size(); ++j) {
+    Joint& joint = sub.joints[j];
+    if (joint.type == JointType::kFixed) continue;
+    const auto found = std::find(masters.begin(), masters.end(), joint.dof);
+    if (found == masters.end())
+      throw std::invalid_argument("joint " + joint.name + " of a hand mimics one outside it");
+    joint.dof = static_cast<int>(found - masters.begin());
+    if (!joint.mimic) sub.dof_joints[at(joint.dof)] = static_cast<int>(j);
+  }
+  for (const auto& [pair, reason] : model.disabled_pairs) {
+    const int a = link_at[at(pair.first)];
+    const int b = link_at[at(pair.second)];
+    if (a >= 0 && b >= 0) sub.disabled_pairs[std::minmax(a, b)] = reason;
+  }
+  return sub;
+}
+
+RobotVector restingPosture(const RobotModel& model) {
+  RobotVector q = RobotVector::Zero(model.dofs());
+  for (int dof = 0; dof < model.dofs(); ++dof) {
+    const Joint& joint = model.joints[at(model.dof_joints[at(dof)])];
+    q[dof] = std::clamp(0.0, joint.lower, joint.upper);
+  }
+  return q;
+}
+
+std::shared_ptr<const CollisionScene> handAndObject(const SceneObject& object,
+                                                    const HandModel& hand) {
+  Scene scene;
+  scene.cell = "grasp";
+  SceneRobot robot;
+  robot.name = "hand";
+  robot.model = hand.model;
+  robot.q_start = restingPosture(*hand.model);
+  scene.robots.push_back(robot);
+  SceneObject alone;
+  alone.name = object.name;
+  alone.geometry = object.geometry;
+  alone.shapes = object.shapes;
+  scene.objects.push_back(alone);
+  return std::make_shared<const CollisionScene>(scene);
+}
+
+}  // namespace
+
+HandModel extractEndEffector(const RobotModel& model, int arm) {
+  if (arm < 0 || arm >= static_cast<int>(model.arms.size()))
+    throw std::invalid_argument("no such arm");
+  const Arm& a = model.arms[at(arm)];
+  if (a.hand < 0) throw std::invalid_argument("arm " + a.name + " has no hand");
+  const Hand& full = model.hands[at(a.hand)];
+  const int root = a.joints.empty() ? 0 : model.joints[at(a.joints.back())].child_link;
+
+  HandModel cut;
+  cut.model = std::make_shared<const RobotModel>(subtree(model, root));
+  const RobotModel& sub = *cut.model;
+  cut.approach_T = a.approach_axis;
+  cut.hand = full;
+  cut.hand.palm_link = sub.findLink(model.links[at(full.palm_link)].name);
+  cut.hand.finger_links = linksIn(model, full.finger_links, sub);
+  cut.hand.links = linksIn(model, full.links, sub);
+  cut.hand.dofs = dofsIn(model, full.dofs, sub);
+  for (auto& finger : cut.hand.fingers) finger = dofsIn(model, finger, sub);
+  const int tool = sub.findLink(model.links[at(a.tool_link)].name);
+  if (tool < 0 || cut.hand.palm_link < 0) {
+    throw std::invalid_argument("tool or palm of arm " + a.name + " is not beyond its last joint");
+  }
+  std::vector<Pose> X_RL;
+  linkPoses(sub, Pose::Identity(), restingPosture(sub), X_RL);
+  cut.X_RT = X_RL[at(tool)];
+  // A palm may be a bare frame on the link that carries its shape: then that link counts.
+  int palm = cut.hand.palm_link;
+  while (sub.links[at(palm)].collision.empty()) {
+    if (palm == 0) throw std::invalid_argument("the palm of arm " + a.name + " has no shapes");
+    palm = sub.joints[at(sub.links[at(palm)].parent_joint)].parent_link;
+  }
+  const Pose X_TP = cut.X_RT.inverse() * X_RL[at(palm)];
+  cut.palm_extent = -std::numeric_limits<double>::infinity();
+  for (const auto& p : outline(sub.links[at(palm)])) {
+    cut.palm_extent = std::max(cut.palm_extent, cut.approach_T.dot(X_TP * p));
+  }
+  return cut;
+}
+
+FingerClosing::FingerClosing(const SceneObject& object, HandModel hand, const GraspRules& rules)
+    : hand_(std::move(hand)), rules_(rules), world_(handAndObject(object, hand_)) {
+  const RobotModel& model = *hand_.model;
+  const CollisionScene& scene = world_.scene();
+  object_ = scene.objectBody(0);
+  is_finger_.assign(model.links.size(), false);
+  for (const int link : hand_.hand.finger_links) is_finger_[at(link)] = true;
+  finger_.assign(model.links.size(), -1);
+  for (int finger = static_cast<int>(hand_.hand.fingers.size()) - 1; finger >= 0; --finger) {
+    for (const int link : model.linksMovedBy(hand_.hand.fingers[at(finger)]))
+      finger_[at(link)] = finger;
+  }
+  for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
+    link_body_.push_back(scene.linkBody(0, link));
+    if (link_body_.back() >= 0) bodies_.push_back(link_body_.back());
+  }
+  // Pairs that are already close with the hand open stay as they are there: that is the hand's
+  // build.
+  set(Pose::Identity(), hand_.hand.open);
+  for (int a = 0; a < static_cast<int>(model.links.size()); ++a) {
+    for (int b = a + 1; b < static_cast<int>(model.links.size()); ++b) {
+      const BodyId body_a = link_body_[at(a)];
+      const BodyId body_b = link_body_[at(b)];
+      if (body_a < 0 || body_b < 0 || scene.standingPairs().contains(body_a, body_b)) continue;
+      const auto open = world_.distance(body_a, body_b, rules_.self_clearance);
+      if (open && open->distance <= 0) continue;
+      const double needed =
+          open ? std::min(rules_.self_clearance, open->distance - 1e-4) : rules_.self_clearance;
+      self_pairs_.push_back({body_a, body_b, a, b, needed});
+    }
+  }
+  for (const int dof : hand_.hand.dofs) {
+    const std::vector<int> moved = model.linksMovedBy({dof});
+    std::vector<bool> moves(model.links.size(), false);
+    for (const int link : moved) moves[at(link)] = true;
+    // Reach of a link from this dof's axis: its own extent and the joints between, whatever their
+    // posture.
+    std::vector<Mover> movers;
+    for (const int link : moved) {
+      const BodyId body = link_body_[at(link)];
+      if (body < 0) continue;
+      double arm_length = reachOf(model, link);
+      double speed = 0;
+      for (int l = link; l > 0;) {
+        const Joint& joint = model.joints[at(model.links[at(l)].parent_joint)];
+        if (joint.type != JointType::kFixed && joint.dof == dof) {
+          const double factor = joint.mimic ? std::abs(joint.mimic_multiplier) : 1.0;
+          speed += factor * (joint.type == JointType::kRevolute ? arm_length : 1.0);
+        }
+        if (joint.type == JointType::kPrismatic)
+          arm_length += std::max(std::abs(joint.lower), std::abs(joint.upper));
+        arm_length += joint.X_PJ.translation().norm();
+        l = joint.parent_link;
+      }
+      movers.push_back({link, body, speed});
+    }
+    std::vector<SelfPair> guarded;
+    for (const SelfPair& pair : self_pairs_) {
+      if (moves[at(pair.link_a)] != moves[at(pair.link_b)] ||
+          (moves[at(pair.link_a)] && moved.size() > 1)) {
+        guarded.push_back(pair);
+      }
+    }
+    movers_.push_back(std::move(movers));
+    guarded_.push_back(std::move(guarded));
+  }
+}
+
+int FingerClosing::fingerOf(const std::string& link) const {
+  const int index = hand_.model->findLink(link);
+  return index < 0 ? -1 : finger_[at(index)];
+}
+
+void FingerClosing::set(const Pose& X_OT, const VectorXd& q) {
+  const RobotModel& model = *hand_.model;
+  RobotVector posture = restingPosture(model);
+  for (std::size_t i = 0; i < hand_.hand.dofs.size(); ++i)
+    posture[hand_.hand.dofs[i]] = q[static_cast<Eigen::Index>(i)];
+  linkPoses(model, X_OT * hand_.X_RT.inverse(), posture, X_WL_);
+  world_.setRobot(0, X_WL_);
+}
+
+double FingerClosing::handToObject(double max, double enough) {
+  double least = max;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const auto found = world_.distance(bodies_[i], object_, least);
+    if (!found) continue;
+    least = found->distance;
+    // The next pose is much like this one: what is nearest now spares most of the others then.
+    std::swap(bodies_[0], bodies_[i]);
+    if (least < enough) break;
+  }
+  return least;
+}
+
+std::optional<double> FingerClosing::advance(const Pose& X_OT, const VectorXd& q, double far,
+                                             double near) {
+  double back = far;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    const Eigen::Vector3d offset_T = -back * hand_.approach_T;
+    set(X_OT * Eigen::Translation3d(offset_T), q);
+    const double slack =
+        handToObject(kLookAhead + rules_.clearance, rules_.clearance) - rules_.clearance;
+    if (slack < 0) return step == 0 ? std::nullopt : std::optional<double>(back + 1e-3);
+    if (slack < 5e-4 || back <= near) return back;
+    back = std::max(near, back - slack);
+  }
+  return back;
+}
+
+double FingerClosing::freeTravel(int dof) {
+  double fastest = 1e-6;
+  for (const Mover& mover : movers_[at(dof)]) fastest = std::max(fastest, mover.reach);
+  // Nobody is asked for more than would still shorten the travel.
+  double travel = kLookAhead / fastest;
+  const auto shortened = [&](BodyId a, BodyId b, double speed, double needed) {
+    const auto found = world_.distance(a, b, travel * speed + needed);
+    if (!found) return true;
+    const double gap = found->distance - needed;
+    travel = std::min(travel, gap / speed);
+    return gap > rules_.gap_tolerance;
+  };
+  for (const Mover& mover : movers_[at(dof)]) {
+    if (!shortened(mover.body, object_, std::max(mover.reach, 1e-6), rules_.contact_gap)) return 0;
+  }
+  for (const SelfPair& pair : guarded_[at(dof)]) {
+    if (!shortened(pair.a, pair.b, fastest, pair.needed)) return 0;
+  }
+  return travel;
+}
+
+void FingerClosing::closeJoint(const Pose& X_OT, int dof, VectorXd& q) {
+  const double end = hand_.hand.closed[dof];
+  for (int step = 0; step < kMaxSteps && q[dof] != end; ++step) {
+    set(X_OT, q);
+    const double travel = freeTravel(dof);
+    if (travel <= 0) return;
+    const double left = end - q[dof];
+    q[dof] = std::abs(left) <= travel ? end : q[dof] + std::copysign(travel, left);
+  }
+}
+
+VectorXd FingerClosing::close(const Pose& X_OT, const VectorXd& open) {
+  VectorXd q = open;
+  const std::vector<int>& dofs = hand_.hand.dofs;
+  for (const auto& finger : hand_.hand.fingers) {
+    for (const int dof : finger) {
+      const auto found = std::find(dofs.begin(), dofs.end(), dof);
+      if (found == dofs.end()) continue;
+      closeJoint(X_OT, static_cast<int>(found - dofs.begin()), q);
+    }
+  }
+  return q;
+}
+
+std::vector<GraspContact> FingerClosing::contacts(const Pose& X_OT, const VectorXd& closed) {
+  set(X_OT, closed);
+  const RobotModel& model = *hand_.model;
+  std::vector<GraspContact> found;
+  std::vector<double> distance;
+  for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
+    const BodyId body = link_body_[at(link)];
+    if (body < 0) continue;
+    const bool finger = is_finger_[at(link)];
+    const auto near =
+        world_.distance(body, object_, finger ? rules_.contact_range : rules_.clearance - 1e-3);
+    if (!near) continue;
+    if (!finger || near->distance < 0.25 * rules_.contact_gap) return {};
+    found.push_back({model.links[at(link)].name, near->p_Wb, near->n_W});
+    distance.push_back(near->distance);
+  }
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    for (std::size_t j = i + 1; j < found.size(); ++j) {
+      if (std::max(distance[i], distance[j]) > rules_.opposing_range) continue;
+      if (found[i].n_O.dot(found[j].n_O) < std::cos(rules_.opposing_angle)) return found;
+    }
+  }
+  return {};
+}
+
+bool FingerClosing::lineIsFree(const Pose& X_OT, const VectorXd& from, const VectorXd& to) {
+  const VectorXd way = to - from;
+  double speed = 1e-6;  // greatest of any link over the whole line
+  for (const BodyId body : bodies_) {
+    double own = 0;
+    for (std::size_t i = 0; i < movers_.size(); ++i) {
+      for (const Mover& mover : movers_[i]) {
+        if (mover.body == body) own += mover.reach * std::abs(way[static_cast<Eigen::Index>(i)]);
+      }
+    }
+    speed = std::max(speed, own);
+  }
+  for (double s = 0; s < 1;) {
+    set(X_OT, from + s * way);
+    const double slack = handToObject(kLookAhead, kLineSkin) - kLineSkin;
+    if (slack < 0) return false;
+    for (const SelfPair& pair : self_pairs_) {
+      const auto near = world_.distance(pair.a, pair.b, pair.needed);
+      if (near && near->distance < pair.needed - 3e-4) return false;
+    }
+    s += std::clamp(slack / speed, 0.01, 0.1);
+  }
+  return true;
+}
+
+std::optional<VectorXd> FingerClosing::leastOpening(const Pose& X_OT, const VectorXd& closed,
+                                                    const VectorXd& open) {
+  for (const double part : kOpenings) {
+    const VectorXd opening = closed + part * (open - closed);
+    set(X_OT, opening);
+    if (handToObject(rules_.clearance, rules_.clearance) < rules_.clearance) continue;
+    const auto back = advance(X_OT, opening, rules_.retreat, 0.0);
+    if (!back || *back > 0) continue;
+    if (!lineIsFree(X_OT, closed, opening))
+      return std::nullopt;  // a wider one starts on the same line
+    return opening;
+  }
+  return std::nullopt;
+}
+
+}  // namespace handover

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// A hand beside an object: moves it up along the approach, closes its fingers until contact,
+// measures.
+#pragma once
+
+#include "core/collision/collision_scene.hpp"
+#include "core/grasp/grasp_set.hpp"
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace handover {
+
+/// The hand cut off at the wrist: everything rigidly beyond the arm's last joint, and the fingers.
+struct HandModel {
+  std::shared_ptr<const RobotModel> model;  ///< root = child link of the arm's last joint, R
+  Pose X_RT = Pose::Identity();
+  Hand hand;  ///< with links and dofs of `model`
+  Eigen::Vector3d approach_T = Eigen::Vector3d::UnitZ();
+  double palm_extent = 0;  ///< palm's farthest point along approach_T, from T [m]
+};
+
+/// @throws std::invalid_argument if the arm has no hand or the palm has no shapes.
+HandModel extractEndEffector(const RobotModel& model, int arm);
+
+/// Distances that make a grasp legal; all with reserve over what the planner and a verifier ask
+/// for.
+struct GraspRules {
+  double clearance = 0.004;  ///< open hand, palm and wrist to the object: margins touch below 2 mm
+  double self_clearance = 0.0025;             ///< hand's links among each other
+  double contact_gap = 0.0004;                ///< a finger stops this far off the object ...
+  double gap_tolerance = 0.0002;              ///< ... or at most so much before
+  double contact_range = 0.002;               ///< finger links nearer than this are contacts
+  double opposing_range = 0.001;              ///< of the two contacts that oppose
+  double opposing_angle = 2.268928027592628;  ///< 130 deg; the contract asks for 120
+  double retreat = 0.10;                      ///< length of the straight approach
+};
+
+/// The object at the origin of the world, the hand anywhere. Not thread-safe; deterministic.
+class FingerClosing {
+ public:
+  FingerClosing(const SceneObject& object, HandModel hand, const GraspRules& rules);
+
+  const HandModel& hand() const { return hand_; }
+
+  /// The finger that a link belongs to, an index in Hand::fingers; -1: none.
+  int fingerOf(const std::string& link) const;
+
+  /// How far the hand can come along its approach from `far` [m] back to `near`, nothing of it
+  /// nearer to the object than the clearance: the least offset back from X_OT reached. nullopt: not
+  /// free at `far`.
+  std::optional<double> advance(const Pose& X_OT, const Eigen::VectorXd& q, double far,
+                                double near);
+
+  /// Closes the fingers one after the other, each from the palm outwards, every joint until what it
+  /// moves is at the object, or near another part of the hand, or at its closing end.
+  Eigen::VectorXd close(const Pose& X_OT, const Eigen::VectorXd& open);
+
+  /// Contacts of finger links; empty unless two oppose and nothing else of the hand is near the
+  /// object.
+  std::vector<GraspContact> contacts(const Pose& X_OT, const Eigen::VectorXd& closed);
+
+  /// The least opening on the straight line from `closed` to `open` with which the hand can come
+  /// along the approach, provided the fingers can travel that line without touching more than the
+  /// object's skin. nullopt: none.
+  std::optional<Eigen::VectorXd> leastOpening(const Pose& X_OT, const Eigen::VectorXd& closed,
+                                              const Eigen::VectorXd& open);
+
+ private:
+  struct Mover {
+    int link = -1;
+    BodyId body = -1;
+    double reach = 0;  // greatest speed of a point of the link per unit of the dof
+  };
+
+  struct SelfPair {
+    BodyId a = -1, b = -1;
+    int link_a = -1, link_b = -1;
+    double needed = 0;
+  };
+
+  void set(const Pose& X_OT, const Eigen::VectorXd& q);
+  /// Of the part of the hand nearest to the object, at most `max`; any part's below `enough` will
+  /// do.
+  double handToObject(double max, double enough);
+  void closeJoint(const Pose& X_OT, int dof, Eigen::VectorXd& q);
+  /// How much a joint may still move before anything it moves could touch. 0: it is there.
+  double freeTravel(int dof);
+  bool lineIsFree(const Pose& X_OT, const Eigen::VectorXd& from, const Eigen::VectorXd& to);
+
+  HandModel hand_;
+  GraspRules rules_;
+  CollisionWorld world_;
+  BodyId object_ = -1;
+  std::vector<BodyId> link_body_;               // by link
+  std::vector<BodyId> bodies_;                  // of the hand
+  std::vector<bool> is_finger_;                 // by link
+  std::vector<int> finger_;                     // by link: the first of Hand::fingers that moves it
+  std::vector<std::vector<Mover>> movers_;      // by hand dof
+  std::vector<std::vector<SelfPair>> guarded_;  // by hand dof: pairs whose distance it changes
+  std::vector<SelfPair> self_pairs_;
+  std::vector<Pose> X_WL_;
+};
+
+}  // namespace handover

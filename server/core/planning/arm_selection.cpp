@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/planning/arm_selection.hpp"
+
+#include "core/planning/manipulator.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace handover {
+namespace {
+
+/// What the map cannot know: it has holes where few samples fell, at the edge of the reach.
+/// The manipulability of the first configuration that reaches a grasp of the object; nullopt: none.
+std::optional<double> reachedByIk(const Manipulator& manipulator, const Pose& X_WO) {
+  std::optional<double> found;
+  for (const Grasp& grasp : manipulator.grasps->grasps) {
+    manipulator.kinematics->visit(manipulator.worldToArm(X_WO * grasp.X_OT), IkQuery{},
+                                  [&](const ArmVector& q) {
+                                    found = manipulator.kinematics->manipulability(q);
+                                    return false;
+                                  });
+    if (found) break;
+  }
+  return found;
+}
+
+/// The map's entry that ranks the arm; 0: not reached.
+double mapEntry(const Manipulator& manipulator, const Pose& X_WO, SearchWidth search) {
+  double entry = manipulator.map(X_WO.translation());
+  if (search != SearchWidth::kWide) return entry;
+  for (const Grasp& grasp : manipulator.grasps->grasps) {
+    entry = std::max(entry, manipulator.map((X_WO * grasp.X_OT).translation()));
+  }
+  return entry;
+}
+
+/// Fills manipulability or the cause against the arm.
+void rate(const TransportProblem& problem, const ChainHolder& arm, const Pose& X_WO,
+          ArmScore& score) {
+  if (const auto unfit = unfitReason(problem, arm.robot, arm.arm)) {
+    score.rejected = unfit->cause;
+    score.object = unfit->object;
+    return;
+  }
+  const Manipulator manipulator = makeManipulator(problem, arm.robot, arm.arm);
+  score.manipulability = mapEntry(manipulator, X_WO, problem.search);
+  if (score.manipulability > 0) return;
+  if (problem.search == SearchWidth::kWide) {
+    if (const auto reached = reachedByIk(manipulator, X_WO)) {
+      score.manipulability = *reached;
+      return;
+    }
+  }
+  score.rejected = Cause::kNotInMap;
+}
+
+/// Every arm of the robots that `which` allows, in order.
+template <typename Visit>
+void forEachArm(const TransportProblem& problem, const std::optional<ChainHolder>& which,
+                const Visit& visit) {
+  for (int robot = 0; robot < static_cast<int>(problem.scene->robots.size()); ++robot) {
+    if (which && which->robot != robot) continue;
+    const RobotModel& model = *problem.scene->robots[static_cast<std::size_t>(robot)].model;
+    for (int arm = 0; arm < static_cast<int>(model.arms.size()); ++arm) {
+      visit(ChainHolder{robot, arm});
+    }
+  }
+}
+
+}  // namespace
+
+ArmRanking rankArms(const TransportProblem& problem, const std::optional<ChainHolder>& which,
+                    std::size_t holder, const Pose& X_WO) {
+  ArmRanking ranking;
+  forEachArm(problem, which, [&](const ChainHolder& arm) {
+    const SceneRobot& placed = problem.scene->robots[static_cast<std::size_t>(arm.robot)];
+    ArmScore score;
+    score.arm = {placed.name, placed.model->arms[static_cast<std::size_t>(arm.arm)].name};
+    score.holder = static_cast<std::uint32_t>(holder);
+    rate(problem, arm, X_WO, score);
+    const bool excluded = which && which->arm >= 0 && which->arm != arm.arm;
+    if (excluded && score.rejected == Cause::kUnspecified) score.rejected = Cause::kExcluded;
+    if (score.rejected == Cause::kUnspecified) ranking.arms.push_back({arm, score.manipulability});
+    ranking.scores.push_back(std::move(score));
+  });
+  std::stable_sort(
+      ranking.arms.begin(), ranking.arms.end(),
+      [](const RankedArm& a, const RankedArm& b) { return a.manipulability > b.manipulability; });
+  return ranking;
+}
+
+std::vector<ChainHolder> fitArms(const TransportProblem& problem,
+                                 const std::optional<ChainHolder>& which) {
+  std::vector<ChainHolder> arms;
+  forEachArm(problem, which, [&](const ChainHolder& arm) {
+    if (which && which->arm >= 0 && which->arm != arm.arm) return;
+    if (!unfitReason(problem, arm.robot, arm.arm)) arms.push_back(arm);
+  });
+  return arms;
+}
+
+}  // namespace handover

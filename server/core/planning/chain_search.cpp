@@ -1,0 +1,396 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/planning/chain_search.hpp"
+
+#include <handover/common/check.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace handover {
+namespace {
+
+std::vector<ApproachOffset> offsetsOf(SearchTier tier, const SearchSettings& settings) {
+  if (tier == SearchTier::kPaper || tier == SearchTier::kTool) return {{}};
+  std::vector<ApproachOffset> all;
+  for (int turn = 0; turn < settings.wide_turns; ++turn) {
+    const double turned = 2 * M_PI * turn / settings.wide_turns;
+    if (tier == SearchTier::kTurned) {
+      all.push_back({turned, 0, 0});
+      continue;
+    }
+    for (int azimuth = 0; azimuth < settings.wide_azimuths; ++azimuth) {
+      all.push_back({turned, settings.wide_tilt, 2 * M_PI * azimuth / settings.wide_azimuths});
+    }
+  }
+  return all;
+}
+
+/// The points as an event carries them, cut at what it may carry.
+std::vector<LatticeCell> cellsOf(const std::vector<LatticePoint>& points) {
+  std::vector<LatticeCell> cells(std::min(points.size(), bounds::kLattice));
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const Eigen::Vector3d& p_W = points[i].p_W;
+    cells[i] = {{p_W.x(), p_W.y(), p_W.z()}, points[i].manipulability};
+  }
+  return cells;
+}
+
+double manipulabilityOf(const TransportTuple& tuple) {
+  return tuple.holders.back().give.manipulability;
+}
+
+}  // namespace
+
+const Manipulator& SearchState::manipulator(const ChainHolder& arm) {
+  const auto [entry, fresh] = manipulators.try_emplace({arm.robot, arm.arm});
+  if (fresh) entry->second = makeManipulator(problem, arm.robot, arm.arm);
+  return entry->second;
+}
+
+/// Places of one handover.
+struct ChainSearch::Lattice {
+  std::vector<LatticePoint> both;  ///< in reach of both arms by their maps, best first
+  std::vector<LatticePoint> all;   ///< these, then where only the receiver's map says so
+};
+
+/// Part of a tuple, from the last holder back.
+struct ChainSearch::Node {
+  TransportTuple tuple;                 ///< set from the handover's receiver on, its take apart
+  const FeasibleGrasp* give = nullptr;  ///< the receiver's grasp where it gives the object on
+  Pose X_WO_give = Pose::Identity();    ///< the object there
+  std::set<int>* receivers = nullptr;   ///< grasps of the receiver with a pose, for the counts
+};
+
+namespace {
+
+std::vector<const Manipulator*> manipulatorsOf(SearchState& state,
+                                               const std::vector<ChainHolder>& arms) {
+  std::vector<const Manipulator*> holders;
+  for (const ChainHolder& arm : arms) holders.push_back(&state.manipulator(arm));
+  return holders;
+}
+
+}  // namespace
+
+ChainSearch::ChainSearch(SearchState& state, const std::vector<ChainHolder>& arms)
+    : state_(state),
+      settings_(state.problem.settings),
+      arms_(arms),
+      motions_(state.problem, manipulatorsOf(state, arms), state.world, state.spare_world,
+               state.deadline),
+      lattices_(arms.size()),
+      all_takes_(arms.size()) {}
+
+ChainSearch::~ChainSearch() = default;
+
+const PrunedGrasps& ChainSearch::pruned(std::size_t holder, PruningPlace place) {
+  const bool start = place == PruningPlace::kStart;
+  PrunedByArm& sets = start ? state_.at_start : state_.at_goal;
+  const ArmName arm = at(holder).name();
+  const auto [entry, fresh] = sets.try_emplace(arm);
+  if (!fresh) return entry->second;
+  const auto prune = [&](const PruneEffort& effort) {
+    return start ? motions_.pruneFirstAtStart(effort) : motions_.pruneLastAtGoal(effort);
+  };
+  entry->second = prune(settings_.pruning);
+  if (state_.wide() && noneKept(sets)) entry->second = prune(settings_.thorough_pruning);
+  if (state_.over()) return entry->second;
+  state_.sink.emit(GraspsPruned{
+      arm, static_cast<std::uint32_t>(holder), place, entry->second.tested,
+      static_cast<std::uint32_t>(entry->second.kept.size()), entry->second.rejects.counts()});
+  return entry->second;
+}
+
+bool ChainSearch::open() {
+  if (pruned(0, PruningPlace::kStart).kept.empty()) return false;
+  const PrunedGrasps& placed = pruned(holders() - 1, PruningPlace::kGoal);
+  if (placed.kept.empty() || state_.over()) return false;
+  for (const auto& grasp : placed.kept) place_order_.push_back(&grasp);
+  std::stable_sort(place_order_.begin(), place_order_.end(),
+                   [](const FeasibleGrasp* a, const FeasibleGrasp* b) {
+                     return a->manipulability > b->manipulability;
+                   });
+  for (std::size_t k = 0; k + 1 < holders(); ++k) {
+    state_.counts.lattice_points += static_cast<std::uint32_t>(latticeOf(k).both.size());
+  }
+  return true;
+}
+
+/// How far apart [m] the tools of two hands at the object can be, at most.
+double ChainSearch::maxToolSeparation(std::size_t handover) const {
+  double apart = 0;
+  for (const std::size_t holder : {handover, handover + 1}) {
+    double most = 0;
+    for (const Grasp& grasp : at(holder).grasps->grasps) {
+      most = std::max(most, grasp.X_OT.translation().norm());
+    }
+    apart += most;
+  }
+  return apart;
+}
+
+const ChainSearch::Lattice& ChainSearch::latticeOf(std::size_t handover) {
+  std::unique_ptr<Lattice>& lattice = lattices_[handover];
+  if (lattice) return *lattice;
+  lattice = std::make_unique<Lattice>();
+  const Manipulator& giver = at(handover);
+  const Manipulator& receiver = at(handover + 1);
+  lattice->both = crossMaps(giver.map, receiver.map, settings_.neighbourhood);
+  lattice->all = lattice->both;
+  if (state_.wide()) {
+    const double reach = giver.kinematics->reach() + maxToolSeparation(handover);
+    const auto more = receiverPoints(giver.map, receiver.map, settings_.neighbourhood, reach);
+    lattice->all.insert(lattice->all.end(), more.begin(), more.end());
+  }
+  return *lattice;
+}
+
+/// The giver's grasps at a handover: those it can take the object with, as far as that is known.
+const PrunedGrasps& ChainSearch::takesOf(std::size_t handover) {
+  if (handover == 0) return pruned(0, PruningPlace::kStart);
+  std::unique_ptr<PrunedGrasps>& all = all_takes_[handover];
+  if (!all) {
+    all = std::make_unique<PrunedGrasps>();
+    const int size = static_cast<int>(at(handover).grasps->grasps.size());
+    for (int grasp = 0; grasp < size; ++grasp) all->kept.push_back({grasp, {}, 0});
+  }
+  return *all;
+}
+
+bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most) {
+  // The paper's choice: r's manipulability at the placing; then the giver's arm, ties by
+  // generation.
+  std::stable_sort(tuples.begin(), tuples.end(), [](const auto& a, const auto& b) {
+    return std::pair(manipulabilityOf(a), a.holders.front().give.manipulability) >
+           std::pair(manipulabilityOf(b), b.holders.front().give.manipulability);
+  });
+  std::size_t searched = 0;
+  for (std::size_t i = 0; i < tuples.size() && searched < most; ++i) {
+    if (state_.spent() || state_.over()) return false;
+    const auto connected = motions_.connect(tuples[i]);
+    if (state_.over()) return false;
+    if (const auto* failure = std::get_if<MotionFailure>(&connected)) {
+      state_.counts.motion_rejects.add(failure->cause, failure->stage, failure->pair);
+      // The tuples of a pose share g_r: where it cannot be placed, none of them can.
+      if (failure->cause == Cause::kStraightApproach && holders() > 1) return false;
+      // Hands that do not go together are found out cheaply; only searches for motions are counted.
+      if (failure->cause == Cause::kHandsMeet) {
+        ++state_.grasp_attempts;
+      } else {
+        ++state_.motion_attempts;
+        ++searched;
+      }
+      continue;
+    }
+    ++state_.motion_attempts;
+    ++searched;
+    const TransportPath& path = std::get<TransportPath>(connected);
+    auto timed = timeStages(state_.problem, motions_.context(), path);
+    if (const auto* failure = std::get_if<MotionFailure>(&timed)) {
+      state_.counts.motion_rejects.add(failure->cause, failure->stage, failure->pair);
+      continue;
+    }
+    const auto& stages = std::get<std::vector<TimedStage>>(timed);
+    const auto schedule = scheduleStages(state_.problem, motions_.context(), stages);
+    state_.plan = assemblePlan(state_.problem, motions_.context(), path, stages, schedule);
+    return true;
+  }
+  return false;
+}
+
+/// A chain of one: no handover; the same grasp at the start and at the goal.
+bool ChainSearch::searchSingle() {
+  const PrunedGrasps& takes = pruned(0, PruningPlace::kStart);
+  std::vector<TransportTuple> tuples;
+  for (const FeasibleGrasp* give : place_order_) {
+    if (const FeasibleGrasp* take = takes.find(give->grasp)) {
+      tuples.push_back({{}, {{*take, *give}}});
+    }
+  }
+  state_.counts.tuples += static_cast<std::uint32_t>(tuples.size());
+  return tryTuples(std::move(tuples), settings_.motion_attempts);
+}
+
+/// One pose of a handover: who can hold the object there, and the tuples that follow.
+bool ChainSearch::tryPose(std::size_t handover, Node& node, const Pose& X_WH,
+                          HandoverCandidates& counts) {
+  const int grasp = node.give->grasp;
+  ++counts.poses_tried;
+  // One look, and the giver takes one for each of its grasps.
+  if (!motions_.receiverReaches(handover, X_WH, grasp) ||
+      !motions_.giverReaches(handover, X_WH, takesOf(handover))) {
+    rejects_.add(Cause::kNoIk);
+    return false;
+  }
+  PrunedGrasps receive = motions_.pruneReceiverAt(handover, X_WH, *node.give);
+  rejects_.add(receive.rejects);
+  if (receive.kept.empty()) return false;
+  FeasibleGrasp& received = receive.kept.front();
+  // The paper counts this pose whether or not there is a straight path to it.
+  if (state_.problem.mode != SearchMode::kAll &&
+      !motions_.keepApproachable(handover, X_WH, received)) {
+    rejects_.add(Cause::kStraightApproach);
+    state_.counts.cut = true;
+    return false;
+  }
+  const PrunedGrasps give = motions_.pruneGiverAt(handover, X_WH, received, takesOf(handover));
+  rejects_.add(give.rejects);
+  if (give.kept.empty() || state_.over()) return false;
+  ++counts.poses;
+  counts.tuples += static_cast<std::uint32_t>(give.kept.size());
+  if (node.receivers != nullptr) node.receivers->insert(grasp);
+
+  TransportTuple tuple = node.tuple;
+  tuple.X_WH[handover] = X_WH;
+  tuple.holders[handover + 1].take = received;
+  if (handover > 0) {
+    std::vector<const FeasibleGrasp*> gives;
+    for (const FeasibleGrasp& given : give.kept) gives.push_back(&given);
+    std::stable_sort(gives.begin(), gives.end(), [](const auto* a, const auto* b) {
+      return a->manipulability > b->manipulability;
+    });
+    if (gives.size() > settings_.inner_tuples) gives.resize(settings_.inner_tuples);
+    for (const FeasibleGrasp* given : gives) {
+      Node inner{tuple, given, X_WH, nullptr};
+      inner.tuple.holders[handover].give = *given;
+      if (searchInner(handover - 1, inner)) return true;
+      if (state_.spent() || state_.over()) return false;
+    }
+    return false;
+  }
+  state_.counts.tuples += static_cast<std::uint32_t>(give.kept.size());
+  std::vector<TransportTuple> tuples;
+  for (const FeasibleGrasp& given : give.kept) {
+    tuple.holders[0] = {*takesOf(0).find(given.grasp), given};
+    tuples.push_back(tuple);
+  }
+  if (state_.problem.mode == SearchMode::kAll && holders() == 2) {
+    poses_.push_back(std::move(tuples));  // counted first, connected afterwards in the same order
+    return false;
+  }
+  return tryTuples(std::move(tuples), settings_.tuples_per_pose);
+}
+
+namespace {
+
+/// The pose of the object at a handover, for the receiver's grasp.
+/// @param object_on_point  the object is on the lattice point, as the paper has it; else the tool.
+Pose handoverPose(const Manipulator& giver, const Manipulator& receiver, const Grasp& grasp,
+                  const Pose& X_WO_give, const LatticePoint& point, const ApproachOffset& offset,
+                  bool object_on_point) {
+  const Pose X_WT_give = X_WO_give * grasp.X_OT;
+  Pose X_WT = Pose::Identity();
+  X_WT.linear() = handoverRotation(X_WT_give.linear(), receiver.arm_model->approach_axis,
+                                   giver.map.p_WShoulder, receiver.map.p_WShoulder, offset);
+  if (!object_on_point) X_WT.translation() = point.p_W;
+  Pose X_WH = X_WT * grasp.X_OT.inverse();
+  if (object_on_point) X_WH.translation() = point.p_W;
+  return X_WH;
+}
+
+}  // namespace
+
+/// A handover before the chain's last one, with what follows it settled.
+bool ChainSearch::searchInner(std::size_t handover, Node& node) {
+  const std::vector<LatticePoint>& points = latticeOf(handover).all;
+  const std::size_t end = std::min(points.size(), settings_.wide_points);
+  const Grasp& grasp = at(handover + 1).grasp(node.give->grasp);
+  HandoverCandidates counts;
+  for (const ApproachOffset& offset : offsetsOf(SearchTier::kTurned, settings_)) {
+    for (std::size_t point = 0; point < end; ++point) {
+      if (state_.spent() || state_.over() || counts.poses_tried >= settings_.inner_poses) {
+        state_.counts.cut = true;
+        return false;
+      }
+      ++state_.counts.poses_asked;
+      const Pose X_WH = handoverPose(at(handover), at(handover + 1), grasp, node.X_WO_give,
+                                     points[point], offset, false);
+      if (tryPose(handover, node, X_WH, counts)) return true;
+    }
+  }
+  return false;
+}
+
+bool ChainSearch::searchPoints(SearchTier tier, std::size_t first, std::size_t end,
+                               std::uint32_t most_poses, HandoverCandidates& counts) {
+  const std::size_t handover = holders() - 2;
+  const Lattice& lattice = latticeOf(handover);
+  const bool widened = tier == SearchTier::kTurned || tier == SearchTier::kTilted;
+  const std::uint32_t failed_before = motions_.failedIkSolves();
+  std::set<int> receivers;
+  // Another place more often helps than another turn at the same one: an arm that cannot fold so
+  // far there cannot in any turn.
+  for (const ApproachOffset& offset : offsetsOf(tier, settings_)) {
+    for (std::size_t point = first; point < end; ++point) {
+      // Tried already, by the tier before.
+      if (widened && point == 0 && offset.turn == 0 && offset.tilt == 0 && !lattice.both.empty()) {
+        continue;
+      }
+      for (const FeasibleGrasp* place : place_order_) {
+        if (state_.over()) return false;
+        const bool enough =
+            counts.poses_tried >= most_poses ||
+            (widened && motions_.failedIkSolves() - failed_before >= settings_.most_failed_ik);
+        state_.counts.cut = state_.counts.cut || enough;
+        if (enough || state_.spent()) break;
+        Node node{{std::vector<Pose>(holders() - 1, Pose::Identity()),
+                   std::vector<HolderGrasp>(holders())},
+                  place,
+                  state_.problem.task.X_WO_goal,
+                  &receivers};
+        node.tuple.holders.back().give = *place;
+        const Pose X_WH =
+            handoverPose(at(handover), at(handover + 1), at(handover + 1).grasp(place->grasp),
+                         node.X_WO_give, lattice.all[point], offset, tier == SearchTier::kPaper);
+        const bool solved = tryPose(handover, node, X_WH, counts);
+        counts.receiver_grasps = static_cast<std::uint32_t>(receivers.size());
+        if (solved) return true;
+      }
+    }
+  }
+  return false;
+}
+
+bool ChainSearch::searchLast(SearchTier tier) {
+  const std::size_t handover = holders() - 2;
+  const Lattice& lattice = latticeOf(handover);
+  const bool widened = tier == SearchTier::kTurned || tier == SearchTier::kTilted;
+  const std::size_t size =
+      widened ? lattice.all.size() : std::min<std::size_t>(1, lattice.both.size());
+  if (size == 0) return false;
+  HandoverCandidates counts;
+  counts.handover = static_cast<std::uint32_t>(handover);
+  counts.giver = at(handover).name();
+  counts.receiver = at(handover + 1).name();
+  counts.lattice_points = static_cast<std::uint32_t>(lattice.both.size());
+  rejects_ = {};
+  poses_.clear();
+  bool solved = false;
+  if (tier == SearchTier::kTilted) {
+    solved = searchPoints(tier, 0, size, settings_.tilted_poses, counts);
+  } else {
+    const bool counted = state_.problem.mode == SearchMode::kAll;
+    const std::size_t best = std::min(size, settings_.wide_points);
+    solved = searchPoints(tier, 0, best,
+                          counted ? settings_.wide_poses_counted : settings_.wide_poses, counts) ||
+             searchPoints(tier, best, size, settings_.wide_poses_counted, counts);
+  }
+  if (state_.over() && !solved) return false;
+  state_.counts.poses_asked += counts.poses_tried;
+  counts.causes = rejects_.counts();
+  state_.counts.handover_rejects.add(rejects_);
+  if (tier == SearchTier::kPaper) counts.lattice = cellsOf(lattice.both);
+  state_.sink.emit(std::move(counts));
+  for (std::size_t i = 0; i < poses_.size() && !solved && !state_.over(); ++i) {
+    solved = tryTuples(std::move(poses_[i]), settings_.tuples_per_pose);
+  }
+  return solved;
+}
+
+bool ChainSearch::search(SearchTier tier) {
+  if (holders() == 1) return tier == SearchTier::kPaper && searchSingle();
+  return searchLast(tier);
+}
+
+}  // namespace handover

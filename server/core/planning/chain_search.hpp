@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// The search of one request over candidates: for a chain of arms, handover poses and tuples of
+// grasps, best first, until the motions of one exist ([paper] Alg. 2, 3, §IV-E).
+#pragma once
+
+#include "core/planning/explanation.hpp"
+#include "core/planning/plan_assembly.hpp"
+#include "core/planning/plan_event_sink.hpp"
+#include "core/planning/transport_motions.hpp"
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace handover {
+
+/// How far the search goes from the paper's handover poses, in this order.
+enum class SearchTier {
+  kPaper,   ///< the object on the best lattice point, in the paper's orientation
+  kTool,    ///< the receiver's tool on that point
+  kTurned,  ///< further points, and turns about z_shoulder
+  kTilted,  ///< the approach axis tilted off z_shoulder
+};
+
+/// What all chains of one request share. One per worker.
+struct SearchState {
+  SearchState(const TransportProblem& of, PlanEventSink& events, const Deadline& until)
+      : problem(of),
+        sink(events),
+        deadline(until),
+        world(of.collision),
+        spare_world(of.collision) {}
+
+  const TransportProblem& problem;
+  PlanEventSink& sink;
+  const Deadline& deadline;
+  CollisionWorld world, spare_world;
+  std::map<std::pair<int, int>, Manipulator> manipulators;  ///< by robot and arm
+  PrunedByArm at_start, at_goal;
+  SearchCounts counts;
+  std::uint32_t motion_attempts = 0, grasp_attempts = 0;
+  std::optional<TransportPlan> plan;
+
+  bool wide() const { return problem.search == SearchWidth::kWide; }
+
+  bool spent() const {
+    return motion_attempts >= problem.settings.motion_attempts ||
+           grasp_attempts >= problem.settings.grasp_attempts;
+  }
+
+  /// The deadline is over: the search ends, wherever it is.
+  bool over() const { return deadline.over(); }
+
+  const Manipulator& manipulator(const ChainHolder& arm);
+};
+
+/// Candidates of one chain of arms.
+class ChainSearch {
+ public:
+  ChainSearch(SearchState& state, const std::vector<ChainHolder>& arms);
+  ~ChainSearch();
+
+  /// Prunes the grasps of the first holder at the start and of the last one at the goal, each arm's
+  /// once; false when nothing is left of one of the sets.
+  bool open();
+
+  /// Goes through the tier's candidates, best placing first; true when the state has a plan.
+  bool search(SearchTier tier);
+
+  std::size_t holders() const { return motions_.holders().size(); }
+
+  const std::vector<ChainHolder>& arms() const { return arms_; }
+
+ private:
+  struct Lattice;
+  struct Node;
+
+  const Manipulator& at(std::size_t holder) const { return *motions_.holders()[holder]; }
+
+  const PrunedGrasps& pruned(std::size_t holder, PruningPlace place);
+  const Lattice& latticeOf(std::size_t handover);
+  double maxToolSeparation(std::size_t handover) const;
+  const PrunedGrasps& takesOf(std::size_t handover);
+
+  bool searchSingle();
+  bool searchLast(SearchTier tier);
+  bool searchPoints(SearchTier tier, std::size_t first, std::size_t end, std::uint32_t most_poses,
+                    HandoverCandidates& counts);
+  bool searchInner(std::size_t handover, Node& node);
+  bool tryPose(std::size_t handover, Node& node, const Pose& X_WH, HandoverCandidates& counts);
+  bool tryTuples(std::vector<TransportTuple> tuples, std::size_t most);
+
+  SearchState& state_;
+  const SearchSettings& settings_;
+  std::vector<ChainHolder> arms_;
+  TransportMotions motions_;
+  std::vector<std::unique_ptr<Lattice>> lattices_;        ///< by handover
+  std::vector<std::unique_ptr<PrunedGrasps>> all_takes_;  ///< by handover
+  std::vector<const FeasibleGrasp*> place_order_;         ///< 𝒢_r, most dexterous placing first
+  CauseTally rejects_;                                    ///< of the tier under way
+  std::vector<std::vector<TransportTuple>> poses_;        ///< mode all: tuples by pose, as found
+};
+
+}  // namespace handover

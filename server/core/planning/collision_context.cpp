@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/planning/collision_context.hpp"
+
+#include <algorithm>
+
+namespace handover {
+namespace {
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+/// Bodies of what an object rests on, by name.
+std::vector<BodyId> bodiesOf(const TransportProblem& problem, const TaskRest& rest) {
+  std::vector<BodyId> bodies;
+  for (const auto& name : rest.objects.value_or(std::vector<std::string>())) {
+    const int object = problem.scene->findObject(name);
+    if (object >= 0) bodies.push_back(problem.collision->objectBody(object));
+  }
+  return bodies;
+}
+
+}  // namespace
+
+CellState holding(CellState state, const Manipulator& manipulator, const Grasp& grasp,
+                  const ArmVector& q) {
+  RobotVector& robot = state.of(manipulator);
+  robot = manipulator.withFingers(manipulator.withArm(std::move(robot), q), grasp.closed);
+  state.holder = &manipulator;
+  state.X_TO = grasp.X_OT.inverse();
+  state.X_WO = manipulator.toolPose(q) * state.X_TO;
+  return state;
+}
+
+std::shared_ptr<const CollisionScene> collisionForTask(const Scene& scene,
+                                                       const std::string& object) {
+  Scene lifted = scene;
+  const int index = lifted.findObject(object);
+  if (index >= 0) lifted.objects[at(index)].resting.clear();
+  return std::make_shared<const CollisionScene>(lifted);
+}
+
+CollisionContext::CollisionContext(const TransportProblem& problem,
+                                   std::vector<const Manipulator*> holders, CollisionWorld& world)
+    : problem_(problem),
+      holders_(std::move(holders)),
+      world_(world),
+      object_(problem.scene->findObject(problem.task.object)),
+      object_body_(problem.collision->objectBody(object_)),
+      start_rest_(bodiesOf(problem, problem.task.start_rest)),
+      goal_rest_(bodiesOf(problem, problem.task.goal_rest)) {}
+
+CellState CollisionContext::startState() const {
+  CellState state;
+  for (const auto& robot : problem_.scene->robots) state.q.push_back(robot.q_start);
+  state.X_WO = problem_.task.X_WO_start;
+  return state;
+}
+
+template <typename Visit>
+void CollisionContext::forEachPartner(const AllowedContacts& contacts, const Visit& visit) const {
+  contacts.hands.forEach([&](std::size_t holder) {
+    for (const BodyId body : holders_.at(holder)->hand_bodies) visit(body);
+  });
+  if (contacts.start_rest) {
+    for (const BodyId body : start_rest_) visit(body);
+  }
+  if (contacts.goal_rest) {
+    for (const BodyId body : goal_rest_) visit(body);
+  }
+}
+
+std::vector<NamePair> CollisionContext::names(const AllowedContacts& contacts) const {
+  std::vector<NamePair> pairs;
+  forEachPartner(contacts, [&](BodyId body) {
+    pairs.emplace_back(problem_.collision->name(body), problem_.task.object);
+  });
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
+StateChecker CollisionContext::make(const CellState& state, const Manipulator& mover,
+                                    const std::vector<int>& dofs, const AllowedContacts& contacts) {
+  const bool holding = state.holder == &mover;
+  StateChecker checker = pattern(mover, dofs, holding, contacts);
+  for (std::size_t robot = 0; robot < state.q.size(); ++robot) {
+    checker.setPosture(static_cast<int>(robot), state.q[robot]);
+  }
+  checker.setObject(object_, state.X_WO);
+  if (holding) checker.setHold(state.X_TO);
+  return checker;
+}
+
+const StateChecker& CollisionContext::pattern(const Manipulator& mover,
+                                              const std::vector<int>& dofs, bool holding,
+                                              const AllowedContacts& contacts) {
+  for (const Pattern& it : patterns_) {
+    if (it.robot == mover.robot && it.holding == holding && it.contacts == contacts &&
+        it.dofs == dofs) {
+      return it.checker;
+    }
+  }
+  StateCheckerSetup setup(*problem_.collision, mover.robot, dofs);
+  if (holding) setup.held = HeldObject{object_, mover.arm_model->tool_link, Pose::Identity()};
+  forEachPartner(contacts, [&](BodyId body) { setup.allowed.insert(body, object_body_); });
+  // Motions of the fingers have no tool that moves with them.
+  if (dofs == mover.arm_model->dofs) setup.tool_link = mover.arm_model->tool_link;
+  patterns_.push_back(
+      {mover.robot, dofs, holding, contacts, StateChecker(world_, std::move(setup))});
+  return patterns_.back().checker;
+}
+
+}  // namespace handover

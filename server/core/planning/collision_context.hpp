@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where everything is at one moment of a plan, and checkers of arm configurations against it.
+#pragma once
+
+#include "core/collision/collision_scene.hpp"
+#include "core/collision/state_checker.hpp"
+#include "core/planning/manipulator.hpp"
+#include "core/task/stages.hpp"
+
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace handover {
+
+/// All robots' joints and the place of the object handed over; everything else stands as in the
+/// scene.
+struct CellState {
+  std::vector<RobotVector> q;           ///< per robot of the scene
+  Pose X_WO = Pose::Identity();         ///< when nobody moves it, or where the holder has it
+  const Manipulator* holder = nullptr;  ///< the object moves with its tool
+  Pose X_TO = Pose::Identity();         ///< in the holder's tool
+
+  const RobotVector& of(const Manipulator& manipulator) const {
+    return q[static_cast<std::size_t>(manipulator.robot)];
+  }
+
+  RobotVector& of(const Manipulator& manipulator) {
+    return q[static_cast<std::size_t>(manipulator.robot)];
+  }
+};
+
+/// The object in the manipulator's hand, closed by the grasp, at an arm configuration.
+CellState holding(CellState state, const Manipulator& manipulator, const Grasp& grasp,
+                  const ArmVector& q);
+
+/// The collision scene that a task is planned in: as the scene, but the object stands on nothing,
+/// so that what it rests on counts once it is carried away.
+std::shared_ptr<const CollisionScene> collisionForTask(const Scene& scene,
+                                                       const std::string& object);
+
+/// Makes checkers for a chain of holders; the fixed facts of one request that these need. One per
+/// worker, like its world.
+class CollisionContext {
+ public:
+  /// @pre the arguments outlive the context; the task's rests are known.
+  CollisionContext(const TransportProblem& problem, std::vector<const Manipulator*> holders,
+                   CollisionWorld& world);
+
+  CellState startState() const;
+
+  int object() const { return object_; }
+
+  BodyId objectBody() const { return object_body_; }
+
+  /// A checker for motions of `dofs` of the mover's robot while all else stands as in `state`.
+  StateChecker make(const CellState& state, const Manipulator& mover, const std::vector<int>& dofs,
+                    const AllowedContacts& contacts);
+
+  /// Of the mover's arm.
+  StateChecker makeForArm(const CellState& state, const Manipulator& mover,
+                          const AllowedContacts& contacts) {
+    return make(state, mover, mover.arm_model->dofs, contacts);
+  }
+
+  /// Names of the pairs that `contacts` allows, for the plan's may_touch: sorted.
+  std::vector<NamePair> names(const AllowedContacts& contacts) const;
+
+ private:
+  /// What a checker's pairs follow from, and one that has them: finding them costs more than a
+  /// copy.
+  struct Pattern {
+    int robot;
+    std::vector<int> dofs;
+    bool holding;
+    AllowedContacts contacts;
+    StateChecker checker;
+  };
+
+  /// Calls visit(body) for every body that may touch the object.
+  template <typename Visit>
+  void forEachPartner(const AllowedContacts& contacts, const Visit& visit) const;
+  const StateChecker& pattern(const Manipulator& mover, const std::vector<int>& dofs, bool holding,
+                              const AllowedContacts& contacts);
+
+  const TransportProblem& problem_;
+  std::vector<const Manipulator*> holders_;
+  CollisionWorld& world_;
+  int object_ = -1;
+  BodyId object_body_ = -1;
+  std::vector<BodyId> start_rest_, goal_rest_;
+  std::deque<Pattern> patterns_;
+};
+
+}  // namespace handover

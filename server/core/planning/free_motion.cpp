@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/planning/free_motion.hpp"
+
+#include "core/motion/lazy_roadmap.hpp"
+
+#include <handover/common/random.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace handover {
+namespace {
+
+/// Past the object and out of what stands about it: back or up from one of the ends.
+void addViasAbout(const Manipulator& arm, const ArmVector& end, const FreeMotionSettings& settings,
+                  std::vector<ArmVector>& vias) {
+  const Pose X_WT = arm.toolPose(end);
+  const auto add = [&](const Pose& X_WT_via) {
+    ArmVector q;
+    if (arm.kinematics->trackPose(arm.worldToArm(X_WT_via), end, settings.farthest_via, q)) {
+      vias.push_back(q);
+    }
+  };
+  for (const double distance : settings.back) {
+    const Pose X_WT_back = arm.backedOff(X_WT, distance);
+    add(X_WT_back);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d aside = settings.aside * Eigen::Vector3d::Unit(axis);
+      if (std::abs(arm.arm_model->approach_axis.dot(aside)) > 0.5 * settings.aside) continue;
+      for (const double side : {1.0, -1.0}) add(X_WT_back * Eigen::Translation3d(side * aside));
+    }
+  }
+  for (const double height : settings.up) {
+    add(Eigen::Translation3d(0, 0, height) * X_WT);
+  }
+}
+
+/// Round what stands before the arm where it is: a joint turned far first.
+void addBows(const Manipulator& arm, const ArmVector& from, const FreeMotionSettings& settings,
+             std::vector<ArmVector>& vias) {
+  const auto joints = std::min(static_cast<Eigen::Index>(settings.bowed_joints), from.size());
+  for (Eigen::Index k = 0; k < joints; ++k) {
+    for (const double by : settings.bow) {
+      ArmVector q = from;
+      q[k] += by;
+      if (q[k] >= arm.kinematics->lower()[k] && q[k] <= arm.kinematics->upper()[k]) {
+        vias.push_back(q);
+      }
+    }
+  }
+}
+
+/// Some joints first, then the others.
+void addSplits(const ArmVector& from, const ArmVector& to, std::vector<ArmVector>& vias) {
+  for (Eigen::Index k = 1; k < from.size(); ++k) {
+    ArmVector near_first = from, far_first = to;
+    near_first.head(k) = to.head(k);
+    far_first.head(k) = from.head(k);
+    vias.push_back(near_first);
+    vias.push_back(far_first);
+  }
+}
+
+}  // namespace
+
+MotionProblem FreeMotionSolver::problemOf(const Manipulator& arm, StateChecker& checker) const {
+  MotionProblem motion;
+  motion.lower = arm.kinematics->lower();
+  motion.upper = arm.kinematics->upper();
+  motion.valid = [&checker](const ArmVector& q) { return checker.valid(q); };
+  motion.valid_between = [&checker](const ArmVector& from, const ArmVector& to) {
+    return checker.isMotionFree(SegmentMotion(from, to));
+  };
+  motion.rounding = settings_.rounding;
+  return motion;
+}
+
+std::vector<ArmVector> FreeMotionSolver::viasBetween(const Manipulator& arm, const ArmVector& from,
+                                                     const ArmVector& to) const {
+  std::vector<ArmVector> vias;
+  addViasAbout(arm, from, settings_, vias);
+  addViasAbout(arm, to, settings_, vias);
+  addBows(arm, from, settings_, vias);
+  addSplits(from, to, vias);
+  return vias;
+}
+
+std::optional<JointPath> FreeMotionSolver::roadmapPath(const Manipulator& arm,
+                                                       const MotionProblem& motion,
+                                                       const ArmVector& from, const ArmVector& to,
+                                                       const std::vector<ArmVector>& known,
+                                                       std::uint32_t checks) const {
+  // Nothing is cheaper than to go straight, and often that is free.
+  if (segmentValid(motion, from, to)) return JointPath{{from, to}};
+  const auto cost = [&](const ArmVector& a, const ArmVector& b) {
+    return travelTime(arm, a, b) + settings_.corner_time;
+  };
+  LazyRoadmapSettings settings;
+  settings.most_checks = checks;
+  settings.most = settings_.most_detour * travelTime(arm, from, to) +
+                  settings_.most_corners * settings_.corner_time;
+  settings.straight = false;
+  std::vector<ArmVector> vias = viasBetween(arm, from, to);
+  vias.insert(vias.end(), known.begin(), known.end());
+  return lazyShortestPath(motion, from, to, std::move(vias), cost, settings, deadline_);
+}
+
+std::optional<JointPath> FreeMotionSolver::treePath(const MotionProblem& motion,
+                                                    const ArmVector& from, const GoalSampler& goals,
+                                                    std::uint64_t seed, const SeedPaths& known,
+                                                    std::uint32_t& goal) const {
+  IkBiRrtSettings settings;
+  settings.direct_goals = 0;
+  settings.max_iterations = settings_.rrt_iterations;
+  settings.seed = SeededRandom::mix(seed);
+  settings.from_start = known.from_start;
+  settings.from_goal = known.from_goal;
+  const auto path = planIkBiRrt(motion, from, goals, settings, deadline_, &goal);
+  if (!path) return std::nullopt;
+  return shortcut(motion, *path, settings.seed, settings_.shortcut_attempts, deadline_);
+}
+
+std::optional<JointPath> FreeMotionSolver::solve(const Manipulator& arm, const ArmVector& from,
+                                                 const ArmVector& to, StateChecker& checker,
+                                                 std::uint64_t seed, const SeedPaths& known) const {
+  const MotionProblem motion = problemOf(arm, checker);
+  if (!checker.valid(from)) return std::nullopt;
+  // If a tree was needed last time, the few cheap attempts are skipped.
+  const bool hard = known.from_start.size() > settings_.simple_path;
+  if (checker.valid(to)) {
+    const std::uint32_t checks = hard ? settings_.few_checks : settings_.most_checks;
+    if (auto path = roadmapPath(arm, motion, from, to, known.from_goal, checks)) return path;
+  }
+  const auto only_goal = [&](std::uint32_t i, ArmVector& q) {
+    q = to;
+    return i == 0;
+  };
+  std::uint32_t goal = 0;
+  return treePath(motion, from, only_goal, seed, known, goal);
+}
+
+std::optional<JointPath> FreeMotionSolver::solveToAny(const Manipulator& arm, const ArmVector& from,
+                                                      const GoalSampler& goals,
+                                                      StateChecker& checker, std::uint64_t seed,
+                                                      std::uint32_t& goal) const {
+  const MotionProblem motion = problemOf(arm, checker);
+  if (!checker.valid(from)) return std::nullopt;
+  // A roadmap path to each goal before trees: of several goals, one that is simply come to.
+  ArmVector to;
+  for (const std::uint32_t checks : {settings_.few_checks, settings_.most_checks}) {
+    for (std::uint32_t i = 0; i < settings_.direct_goals && goals(i, to); ++i) {
+      if (!checker.valid(to)) continue;
+      if (auto path = roadmapPath(arm, motion, from, to, {}, checks)) {
+        goal = i;
+        return path;
+      }
+    }
+  }
+  return treePath(motion, from, goals, seed, {}, goal);
+}
+
+}  // namespace handover

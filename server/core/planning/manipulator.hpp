@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// One robot's arm in a request, with all that the algorithms ask of it.
+#pragma once
+
+#include "core/planning/handover_pose.hpp"
+#include "core/planning/transport_problem.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace handover {
+
+/// Points into the problem and its scene, which outlive it.
+struct Manipulator {
+  int robot = -1;  ///< index in Scene::robots
+  int arm = -1;    ///< index in RobotModel::arms
+  const SceneRobot* placed = nullptr;
+  const RobotModel* model = nullptr;
+  const Arm* arm_model = nullptr;
+  const Hand* hand = nullptr;
+  const ArmKinematics* kinematics = nullptr;
+  const GraspSet* grasps = nullptr;
+  PlacedMap map;                    ///< and X_WA, the arm's base in the world
+  std::vector<BodyId> hand_bodies;  ///< palm and fingers
+
+  const std::string& robotName() const { return placed->name; }
+
+  const std::string& armName() const { return arm_model->name; }
+
+  const std::string& toolLink() const;
+
+  ArmName name() const { return {robotName(), armName()}; }
+
+  bool sameArm(const Manipulator& other) const { return robot == other.robot && arm == other.arm; }
+
+  const Grasp& grasp(int index) const { return grasps->grasps[static_cast<std::size_t>(index)]; }
+
+  /// Arm joints of a robot vector, and a robot vector with the arm's or the fingers' joints
+  /// replaced.
+  ArmVector armOf(const RobotVector& q) const;
+  RobotVector withArm(RobotVector q, const ArmVector& q_arm) const;
+  RobotVector withFingers(RobotVector q, const Eigen::VectorXd& q_fingers) const;
+  Eigen::VectorXd fingersOf(const RobotVector& q) const;
+
+  Pose worldToArm(const Pose& X_WT) const { return map.X_WA.inverse() * X_WT; }
+
+  /// X_WT at an arm configuration.
+  Pose toolPose(const ArmVector& q_arm) const { return map.X_WA * kinematics->toolPose(q_arm); }
+
+  /// Whether the map has seen the tool about there, with about that approach direction.
+  bool mapReaches(const Pose& X_WT) const;
+  /// Whether any configuration at all, within limits, brings the tool there.
+  bool reaches(const Pose& X_WT) const;
+
+  /// The tool moved by `distance` [m] against its approach axis.
+  Pose backedOff(const Pose& X_WT, double distance) const;
+};
+
+/// How long [s] the slowest joint is under way between two configurations, at its speed limit.
+double travelTime(const Manipulator& manipulator, const ArmVector& from, const ArmVector& to);
+
+/// One arm of a scene's robot. @pre indices are valid; the arm has a hand.
+Manipulator makeManipulator(const TransportProblem& problem, int robot, int arm);
+
+/// Why an arm cannot take part at all: kHoldsObject, kNoGripper or kNoGrasps.
+struct Unfit {
+  Cause cause = Cause::kUnspecified;
+  std::string object;  ///< kHoldsObject: what it holds
+};
+
+/// nullopt if it can.
+std::optional<Unfit> unfitReason(const TransportProblem& problem, int robot, int arm);
+
+}  // namespace handover

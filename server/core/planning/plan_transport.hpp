@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole answer to one request: arms, grasps, handover poses, trajectories ([paper] §IV).
+#pragma once
+
+#include "core/planning/plan_event_sink.hpp"
+#include "core/planning/transport_problem.hpp"
+
+#include <handover/common/deadline.hpp>
+
+#include <vector>
+
+namespace handover {
+
+/// Plans; emits the scene snapshot, the funnel, solutions and trajectories, and returns the outcome
+/// (which the caller emits). Same problem, same events, byte for byte. Safe from any thread.
+Outcome planTransport(const TransportProblem& problem, PlanEventSink& sink,
+                      const Deadline& deadline);
+
+/// Whether the maps leave a chain of two a chance: an arm for the start, one for the goal
+/// (rankArms) and a lattice point that both reach by their maps. No collisions; of `collision` only
+/// which bodies there are. `wide` also looks at points beyond the maps, and may now and then find a
+/// plan where this says no. @pre the task's chain has two holders.
+bool mapsAllow(const TransportProblem& problem);
+
+/// All that an arm can reach, and more: a ball about its shoulder.
+struct ReachBall {
+  Eigen::Vector3d p_WShoulder;
+  double radius = 0;  ///< [m]
+};
+
+/// The balls of the arms that may take a place in a chain.
+std::vector<ReachBall> reachBalls(const TransportProblem& problem, const ChainHolder& holder);
+
+}  // namespace handover

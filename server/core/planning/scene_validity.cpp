@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/planning/scene_validity.hpp"
+
+#include "core/planning/cause_tally.hpp"
+#include "core/planning/explanation.hpp"
+#include "core/planning/manipulator.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+namespace handover {
+namespace {
+
+// Of the contract's 1 mm up and 2 mm down.
+constexpr double kRaised = 0.0008;
+constexpr double kLowered = 0.0018;
+constexpr double kLookDown = 0.3;  // for the gap that is told [m]
+constexpr double kNearFixture = 0.002;
+
+std::string millimetres(double metres) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.1f mm", 1e3 * metres);
+  return text;
+}
+
+class SceneChecker {
+ public:
+  SceneChecker(const TransportProblem& problem, CollisionWorld& world)
+      : problem_(problem),
+        scene_(*problem.scene),
+        bodies_(*problem.collision),
+        world_(world),
+        object_(bodies_.objectBody(scene_.findObject(problem.task.object))) {}
+
+  /// Everything that moves against everything else, O apart.
+  std::optional<Failed> checkRobots() {
+    std::vector<BodyId> moving;
+    for (int robot = 0; robot < static_cast<int>(scene_.robots.size()); ++robot) {
+      addMoving(robot, moving);
+    }
+    BodyPairs allowed(bodies_.bodies());
+    for (const BodyId body : moving) allowed.insert(body, object_);
+    world_.reset();
+    world_.setPose(object_, problem_.task.X_WO_start);
+    return failureOf(world_.contacts(world_.makePairs(moving, allowed)),
+                     FailureReason::kStartInCollision, "start", "At the start");
+  }
+
+  /// O in the hand that holds it, against everything but that hand.
+  std::optional<Failed> checkHeld(const ChainHolder& holder) {
+    BodyPairs allowed(bodies_.bodies());
+    const Manipulator arm = makeManipulator(problem_, holder.robot, holder.arm);
+    allowed.insert(arm.hand_bodies, {object_});
+    return failureOf(contactsAt(problem_.task.X_WO_start, allowed),
+                     FailureReason::kStartInCollision, "start", "At the start");
+  }
+
+  /// O where a hand is to hold it in the end, against all but arms, which can move away.
+  std::optional<Failed> checkHeldGoal() {
+    BodyPairs allowed(bodies_.bodies());
+    for (int robot = 0; robot < static_cast<int>(scene_.robots.size()); ++robot) {
+      const RobotModel& model = *scene_.robots[static_cast<std::size_t>(robot)].model;
+      for (int arm = 0; arm < static_cast<int>(model.arms.size()); ++arm) {
+        if (unfitReason(problem_, robot, arm)) continue;
+        const auto& dofs = model.arms[static_cast<std::size_t>(arm)].dofs;
+        allowed.insert(bodies_.linkBodies(robot, model.linksMovedBy(dofs)), {object_});
+      }
+    }
+    return failureOf(overlapping(contactsAt(problem_.task.X_WO_goal, allowed)),
+                     FailureReason::kGoalInCollision, "goal", "At its goal");
+  }
+
+  struct Place {
+    FailureReason in_collision, unsupported;
+    const char* filter;
+    const char* text;
+  };
+
+  /// O put down, the robots as at the start.
+  std::optional<Failed> checkRest(const Pose& X_WO, TaskRest& rest, const Place& place) {
+    const BodyPairs none(bodies_.bodies());
+    const auto above = overlapping(contactsAt(moved(X_WO, kRaised), none));
+    if (auto failed = failureOf(above, place.in_collision, place.filter, place.text)) return failed;
+    if (rest.none) {
+      rest.objects = near(X_WO);
+      return std::nullopt;
+    }
+    std::vector<std::string> below;
+    for (const BodyContact& contact : overlapping(contactsAt(moved(X_WO, -kLowered), none))) {
+      const BodyId other = contact.a == object_ ? contact.b : contact.a;
+      if (bodies_.robotOf(other) < 0) below.push_back(bodies_.name(other));
+    }
+    std::sort(below.begin(), below.end());
+    if (!rest.objects) rest.objects = below;
+    const bool rests = std::any_of(rest.objects->begin(), rest.objects->end(), [&](const auto& it) {
+      return std::binary_search(below.begin(), below.end(), it);
+    });
+    if (rests) return std::nullopt;
+    return unsupported(X_WO, rest, place);
+  }
+
+ private:
+  void addMoving(int robot, std::vector<BodyId>& moving) const {
+    const RobotModel& model = *scene_.robots[static_cast<std::size_t>(robot)].model;
+    std::vector<int> dofs;
+    for (const Arm& arm : model.arms) dofs.insert(dofs.end(), arm.dofs.begin(), arm.dofs.end());
+    for (const Hand& hand : model.hands) {
+      dofs.insert(dofs.end(), hand.dofs.begin(), hand.dofs.end());
+    }
+    for (const BodyId body : bodies_.linkBodies(robot, model.linksMovedBy(dofs))) {
+      moving.push_back(body);
+    }
+  }
+
+  static Pose moved(const Pose& X_WO, double up) { return Eigen::Translation3d(0, 0, up) * X_WO; }
+
+  std::vector<BodyContact> contactsAt(const Pose& X_WO, const BodyPairs& allowed) {
+    world_.reset();
+    world_.setPose(object_, X_WO);
+    return world_.contacts(world_.makePairs({object_}, allowed));
+  }
+
+  /// Without those that only margins make.
+  static std::vector<BodyContact> overlapping(std::vector<BodyContact> contacts) {
+    std::erase_if(contacts, [](const BodyContact& contact) { return contact.depth <= 0; });
+    return contacts;
+  }
+
+  std::vector<std::string> near(const Pose& X_WO) {
+    world_.reset();
+    world_.setPose(object_, X_WO);
+    std::vector<std::string> names;
+    for (const SceneObject& object : scene_.objects) {
+      const BodyId body = bodies_.objectBody(scene_.findObject(object.name));
+      if (body != object_ && world_.distance(object_, body, kNearFixture)) {
+        names.push_back(object.name);
+      }
+    }
+    return names;
+  }
+
+  std::optional<Failed> failureOf(const std::vector<BodyContact>& contacts, FailureReason reason,
+                                  const char* filter, const std::string& text) const {
+    if (contacts.empty()) return std::nullopt;
+    CauseTally hits;
+    for (const BodyContact& contact : contacts) {
+      hits.add(Cause::kCollision, {bodies_.name(contact.a), bodies_.name(contact.b)});
+    }
+    const BodyContact& first = contacts.front();
+    std::string depth = first.depth > 0 ? " by " + millimetres(first.depth) : "";
+    const char* verb = first.depth > 0 ? " is inside " : " touches ";
+    return failed(reason, filter,
+                  text + " " + bodies_.name(first.a) + verb + bodies_.name(first.b) + depth + ".",
+                  hits.counts(), true);
+  }
+
+  std::optional<Failed> unsupported(const Pose& X_WO, const TaskRest& rest, const Place& place) {
+    double gap = kLookDown;
+    std::string nearest;
+    world_.reset();
+    world_.setPose(object_, X_WO);
+    for (const SceneObject& object : scene_.objects) {
+      const BodyId body = bodies_.objectBody(scene_.findObject(object.name));
+      const bool wanted =
+          rest.objects->empty() ||
+          std::find(rest.objects->begin(), rest.objects->end(), object.name) != rest.objects->end();
+      if (body == object_ || !wanted) continue;
+      const auto distance = world_.distance(object_, body, gap);
+      if (!distance || distance->distance >= gap) continue;
+      gap = distance->distance;
+      nearest = object.name;
+    }
+    const std::string& name = problem_.task.object;
+    std::string text = std::string(place.text) + " " + name + " rests on nothing";
+    CauseTally causes;
+    if (nearest.empty()) {
+      text += " within 30 cm.";
+      causes.add(Cause::kUnsupported, {name, {}});
+    } else {
+      text += "; " + nearest + " is " + millimetres(std::max(gap, 0.0)) + " away.";
+      causes.add(Cause::kUnsupported, {name, nearest});
+    }
+    return failed(place.unsupported, place.filter, text, causes.counts(), true);
+  }
+
+  const TransportProblem& problem_;
+  const Scene& scene_;
+  const CollisionScene& bodies_;
+  CollisionWorld& world_;
+  const BodyId object_;
+};
+
+}  // namespace
+
+std::optional<Failed> checkScene(const TransportProblem& problem, CollisionWorld& world,
+                                 SceneTask& task) {
+  SceneChecker checker(problem, world);
+  if (auto failed = checker.checkRobots()) return failed;
+  if (task.held_by) {
+    task.start_rest = {false, std::vector<std::string>()};
+    if (auto failed = checker.checkHeld(*task.held_by)) return failed;
+  } else if (auto failed =
+                 checker.checkRest(task.X_WO_start, task.start_rest,
+                                   {FailureReason::kStartInCollision,
+                                    FailureReason::kStartUnsupported, "start", "At the start"})) {
+    return failed;
+  }
+  if (task.end == TransportEnd::kHold) {
+    task.goal_rest = {false, std::vector<std::string>()};
+    return checker.checkHeldGoal();
+  }
+  return checker.checkRest(
+      task.X_WO_goal, task.goal_rest,
+      {FailureReason::kGoalInCollision, FailureReason::kGoalUnsupported, "goal", "At its goal"});
+}
+
+}  // namespace handover

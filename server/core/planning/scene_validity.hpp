@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// May a transport begin and end as its scene says? (design §5, Rest)
+#pragma once
+
+#include "core/planning/transport_problem.hpp"
+
+#include <handover/common/plan_event.hpp>
+
+#include <optional>
+
+namespace handover {
+
+/// Finds out what the object rests on at its start and goal, where the task leaves that open, and
+/// whether it does: raised by 0.8 mm it intersects nothing, lowered by 1.8 mm it intersects what it
+/// rests on. Where it starts or ends in a hand it rests on nothing. Nothing that can move may touch
+/// anything at the start.
+/// @param[in,out] task  of the problem: its rests are filled in.
+/// @return the failure, if any: kStartInCollision, kStartUnsupported, kGoalInCollision,
+///         kGoalUnsupported.
+std::optional<Failed> checkScene(const TransportProblem& problem, CollisionWorld& world,
+                                 SceneTask& task);
+
+}  // namespace handover

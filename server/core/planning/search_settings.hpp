@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// How hard the search tries: counts, never seconds, so that the same request gives the same plan.
+// Values without a source were chosen by `./run bench` and experiments of 100 draws per cell, as
+// said beside them.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace handover {
+
+/// Paths of arms that are not straight lines of the tool.
+struct FreeMotionSettings {
+  std::uint32_t rrt_iterations = 1000;  ///< 600 left 3 of 400 draws without a path, 2000 none more
+  std::uint32_t shortcut_attempts = 16;
+  std::uint32_t direct_goals = 4;  ///< goals to which a roadmap path is tried before RRT
+  /// Segments looked at for a roadmap path, first and, where that was in vain, once more.
+  std::uint32_t few_checks = 15, most_checks = 150;
+  std::size_t simple_path = 3;  ///< waypoints of roadmap paths, mostly; longer ones came from RRT
+  /// Cost bound on a roadmap path, relative to the direct one; beyond it RRT is tried instead.
+  double most_detour = 2.2;
+  double corner_time = 0.5;  ///< what a corner costs, about [s]
+  double most_corners = 4;
+  double rounding = 0.05;  ///< corners can be cut by so much when timed [rad]
+  /// Via configurations: the tool back from an end [m], aside from there, or up.
+  std::array<double, 3> back{0.05, 0.12, 0.25};
+  double aside = 0.12;
+  std::array<double, 2> up{0.12, 0.25};
+  double farthest_via = 1.5;     ///< of one joint, from the end that a via is back or up from [rad]
+  std::size_t bowed_joints = 4;  ///< those that carry the hand
+  std::array<double, 4> bow{0.7, -0.7, 1.4, -1.4};  ///< [rad]
+};
+
+/// Straight lines of the tool: the longest that works, by falling length [m].
+struct LinearMotionSettings {
+  std::array<double, 3> retreat{0.10, 0.07, 0.04};
+  std::array<double, 3> lift{0.08, 0.05, 0.03};  ///< the descent of a place, too
+};
+
+/// How hard a free configuration of a grasp is looked for.
+struct PruneEffort {
+  int swivels = 8;                  ///< IkQuery::swivel_samples
+  std::size_t configurations = 12;  ///< tested before the grasp is given up
+  bool operator==(const PruneEffort&) const = default;
+};
+
+struct SearchSettings {
+  FreeMotionSettings free_motion;
+  LinearMotionSettings linear_motion;
+  PruneEffort pruning;
+  PruneEffort thorough_pruning{64, 512};  ///< before it is said that a robot has no grasp at all
+  std::size_t configurations = 4;         ///< of a grasp, tried as ends of motions
+
+  double neighbourhood = 0.20;         ///< [paper] §IV-B: lattice points near the midpoint [m]
+  std::size_t wide_points = 24;        ///< lattice points that `wide` adds first, by score
+  int wide_turns = 8;                  ///< rotations about z_shoulder that `wide` adds
+  double wide_tilt = 25 * M_PI / 180;  ///< of the approach axis, which `wide` adds last [rad]
+  int wide_azimuths = 3;               ///< in so many directions
+  /// Handover poses that `wide` asks for at most. Most fall to the cheap test for a straight path
+  /// there; mode all, which counts as the paper does, has no such test.
+  std::uint32_t wide_poses = 8'000;
+  std::uint32_t wide_poses_counted = 1'500;
+  std::uint32_t tilted_poses = 150'000;  ///< most fall to a look at each arm's reach
+  /// Failed IK solves of arms without a closed form, for each tier of `wide`: about a second.
+  std::uint32_t most_failed_ik = 10'000;
+  std::size_t tuples_per_pose = 3;     ///< tuples of one pose whose motions are tried
+  std::uint32_t motion_attempts = 60;  ///< tuples of a request whose motions are tried
+  std::uint32_t grasp_attempts = 600;  ///< tuples whose hands did not go together
+  /// Of the handovers before a chain's last one, per pose and grasp of the one after it.
+  std::uint32_t inner_poses = 400;
+  std::size_t inner_tuples = 3;
+  std::size_t most_auto_holders = 4;  ///< design §1
+};
+
+}  // namespace handover

@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/planning/stage_timing.hpp"
+
+#include "core/planning/timed_motion.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <span>
+
+namespace handover {
+namespace {
+
+constexpr std::array<double, 3> kBlends{0.05, 0.01, 0.001};  // corner deviations tried [rad]
+// The fingers are where they open to after so much of a reach, so that they rest when it ends.
+constexpr double kFingersReady = 0.7;
+constexpr double kFingersAtRest = 1e-9;  // from their posture [rad]
+// Of the contract's 1 mm, 0.5 deg, 1 deg and 5 mm (design §5, Straight).
+constexpr double kOffLine = 0.0007;
+constexpr double kTurned = 0.35 * M_PI / 180;
+constexpr double kLeaning = 0.7 * M_PI / 180;
+constexpr double kLeastRetreat = 0.006;
+constexpr double kLook = 0.001;  // between looks for the clear distance [s]
+constexpr double kLookExact = 1e-6;
+
+TimingLimits limitsOf(const RobotModel& model, const std::vector<int>& dofs) {
+  const auto size = static_cast<Eigen::Index>(dofs.size());
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(size);
+  TimingLimits limits{zero, zero, zero, zero, zero};
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const int dof = dofs[static_cast<std::size_t>(i)];
+    const Joint& joint =
+        model.joints[static_cast<std::size_t>(model.dof_joints[static_cast<std::size_t>(dof)])];
+    limits.lower[i] = joint.lower;
+    limits.upper[i] = joint.upper;
+    limits.velocity[i] = joint.velocity;
+    limits.acceleration[i] = joint.acceleration;
+    limits.jerk[i] = joint.jerk;
+  }
+  return limits;
+}
+
+using Polyline = std::vector<Eigen::VectorXd>;
+
+double lengthOf(const Polyline& line) {
+  double length = 0;
+  for (std::size_t i = 1; i < line.size(); ++i) length += (line[i] - line[i - 1]).norm();
+  return length;
+}
+
+/// The polyline with the fingers' joints below: they go straight while the first part of the way is
+/// covered, and rest then.
+Polyline withFingers(const Polyline& arm, const FingerMotion& fingers) {
+  const double ready = kFingersReady * lengthOf(arm);
+  const auto stacked = [&](const Eigen::VectorXd& q, double part) {
+    Eigen::VectorXd both(q.size() + fingers.from.size());
+    both << q, fingers.from + part * (fingers.to - fingers.from);
+    return both;
+  };
+  const auto partAt = [&](double way) { return ready > 0 ? std::min(way / ready, 1.0) : 1.0; };
+  Polyline line{stacked(arm.front(), 0)};
+  double way = 0;
+  for (std::size_t i = 1; i < arm.size(); ++i) {
+    const double step = (arm[i] - arm[i - 1]).norm();
+    if (way < ready && way + step > ready) {
+      line.push_back(stacked(arm[i - 1] + (ready - way) / step * (arm[i] - arm[i - 1]), 1));
+    }
+    way += step;
+    line.push_back(stacked(arm[i], i + 1 == arm.size() ? 1 : partAt(way)));
+  }
+  return line;
+}
+
+/// A curve's first joints.
+TimedPath head(const TimedPath& path, Eigen::Index size) {
+  TimedPath first;
+  first.t = path.t;
+  for (std::size_t i = 0; i < path.t.size(); ++i) {
+    first.q.emplace_back(path.q[i].head(size));
+    first.qd.emplace_back(path.qd[i].head(size));
+    first.qdd.emplace_back(path.qdd[i].head(size));
+  }
+  return first;
+}
+
+/// Several stages of one arm, timed together or each by itself.
+class BlockTimer {
+ public:
+  BlockTimer(const TransportProblem& problem, CollisionContext& context,
+             std::span<const StagePath> stages)
+      : problem_(problem), context_(context), stages_(stages) {
+    for (const StagePath& stage : stages_) {
+      has_fingers_ = has_fingers_ || stage.fingers.has_value();
+    }
+  }
+
+  std::variant<std::vector<TimedStage>, MotionFailure> time() {
+    if (stages_.front().dofs.empty()) return std::vector<TimedStage>{timeSuction()};
+    if (stages_.size() > 1) {
+      for (const double blend : {kBlends[0], kBlends[1]}) {
+        if (auto joined = timeJoined(blend)) return std::move(*joined);
+      }
+    }
+    std::vector<TimedStage> timed;
+    for (const StagePath& stage : stages_) {
+      auto one = timeAlone(stage);
+      if (!one) return failure_;
+      timed.push_back(std::move(*one));
+    }
+    return timed;
+  }
+
+ private:
+  TimingSettings settingsOf(double blend) const {
+    TimingSettings settings;
+    settings.blend = blend;
+    settings.speed_scale = problem_.speed_scale;
+    return settings;
+  }
+
+  /// A cup engages; nothing moves.
+  TimedStage timeSuction() const {
+    const double engage_s = stages_.front().mover->hand->suction->engage_s;
+    TimedPath path;
+    path.t = {0, std::max(engage_s, 0.01)};
+    path.q = path.qd = path.qdd = {Eigen::VectorXd(0), Eigen::VectorXd(0)};
+    return {&stages_.front(), {}, std::move(path), 0, false};
+  }
+
+  static std::vector<int> dofsOf(const StagePath& stage, bool with_fingers) {
+    std::vector<int> dofs = stage.dofs;
+    const std::vector<int>& fingers = stage.mover->hand->dofs;
+    if (with_fingers) dofs.insert(dofs.end(), fingers.begin(), fingers.end());
+    return dofs;
+  }
+
+  void fail(const StagePath& stage, Cause cause, NamePair pair = {}) {
+    failure_ = {{static_cast<std::uint32_t>(stage.stage.holder), stage.stage.action},
+                cause,
+                std::move(pair)};
+  }
+
+  std::optional<TimedStage> timeAlone(const StagePath& stage) {
+    const bool fingers = stage.fingers.has_value();
+    const std::vector<int> dofs = dofsOf(stage, fingers);
+    const Polyline line = fingers ? withFingers(stage.waypoints, *stage.fingers) : stage.waypoints;
+    const TimingLimits limits = limitsOf(*stage.mover->model, dofs);
+    for (const double blend : kBlends) {
+      auto path = parameterize(line, limits, settingsOf(blend));
+      if (!path) {
+        fail(stage, Cause::kTiming, {path.error().detail, {}});
+        return std::nullopt;
+      }
+      TimedStage timed{&stage, dofs, std::move(*path), 0, false};
+      if (accept(timed)) return timed;
+    }
+    return std::nullopt;
+  }
+
+  std::optional<std::vector<TimedStage>> timeJoined(double blend) {
+    std::vector<Polyline> lines;
+    for (const StagePath& stage : stages_) {
+      if (!has_fingers_) {
+        lines.push_back(stage.waypoints);
+      } else if (stage.fingers) {
+        lines.push_back(withFingers(stage.waypoints, *stage.fingers));
+      } else {
+        const Eigen::VectorXd& rest = stages_.front().fingers->to;
+        lines.push_back(withFingers(stage.waypoints, {rest, rest}));
+      }
+    }
+    const std::vector<int> dofs = dofsOf(stages_.front(), has_fingers_);
+    const auto joined =
+        parameterizeJoined(lines, limitsOf(*stages_.front().mover->model, dofs), settingsOf(blend));
+    if (!joined) return std::nullopt;
+    std::vector<TimedStage> timed;
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < stages_.size(); ++i) {
+      const bool ends = i + 1 == stages_.size();
+      const std::size_t last = ends ? joined->path.t.size() - 1 : cut(joined->junctions[i], i);
+      if (last <= first) return std::nullopt;
+      auto piece = pieceOf(stages_[i], slice(joined->path, first, last), dofs);
+      if (!piece) return std::nullopt;
+      piece->goes_on = i > 0;
+      if (!accept(*piece)) return std::nullopt;
+      timed.push_back(std::move(*piece));
+      first = last;
+    }
+    return timed;
+  }
+
+  /// Where a stage ends and the next begins: what has to be straight has no part in the corner.
+  std::size_t cut(const Junction& junction, std::size_t stage) const {
+    const bool line_before = typeOf(stages_[stage].stage.action) == StageType::kLinear;
+    return line_before ? junction.first : junction.last;
+  }
+
+  /// The curve of one of joined stages; nullopt if its fingers still move at its end.
+  static std::optional<TimedStage> pieceOf(const StagePath& stage, TimedPath path,
+                                           const std::vector<int>& dofs) {
+    const auto arm = static_cast<Eigen::Index>(stage.dofs.size());
+    if (path.q.front().size() == arm) return TimedStage{&stage, dofs, std::move(path), 0, false};
+    if (!stage.fingers) return TimedStage{&stage, stage.dofs, head(path, arm), 0, false};
+    const Eigen::Index fingers = stage.fingers->to.size();
+    if ((path.q.back().tail(fingers) - stage.fingers->to).cwiseAbs().maxCoeff() > kFingersAtRest ||
+        path.qd.back().tail(fingers).cwiseAbs().maxCoeff() > kFingersAtRest ||
+        path.qdd.back().tail(fingers).cwiseAbs().maxCoeff() > kFingersAtRest) {
+      return std::nullopt;
+    }
+    path.q.back().tail(fingers) = stage.fingers->to;
+    path.qd.back().tail(fingers).setZero();
+    path.qdd.back().tail(fingers).setZero();
+    return TimedStage{&stage, dofs, std::move(path), 0, false};
+  }
+
+  bool accept(TimedStage& timed) {
+    const StagePath& stage = *timed.stage;
+    if (typeOf(stage.stage.action) == StageType::kLinear && !staysStraight(timed)) {
+      fail(stage, Cause::kStraightApproach);
+      return false;
+    }
+    if (stage.stage.action == StageAction::kRetreat) timed.clear = clearTime(timed);
+    const auto hit = hitOnCurve(timed);
+    if (!hit) return true;
+    fail(stage, Cause::kTiming, {nameOf(hit->a), nameOf(hit->b)});
+    return false;
+  }
+
+  const std::string& nameOf(BodyId body) const { return problem_.collision->name(body); }
+
+  static Pose toolAt(const TimedStage& timed, double t) {
+    const Manipulator& arm = *timed.stage->mover;
+    return arm.toolPose(evaluate(timed.path, t).head(arm.kinematics->dofs()));
+  }
+
+  static bool staysStraight(const TimedStage& timed) {
+    constexpr int kParts = 4;  // looks from one sample to the next
+    const Pose X_WT_from = toolAt(timed, 0);
+    const Pose X_WT_to = toolAt(timed, timed.path.duration());
+    const Eigen::Vector3d way = X_WT_to.translation() - X_WT_from.translation();
+    const double length = way.norm();
+    if (length <= 0) return false;
+    const StageAction action = timed.stage->stage.action;
+    if (action == StageAction::kRetreat && length < kLeastRetreat) return false;
+    if (action == StageAction::kLift && way.z() < std::cos(kLeaning) * length) return false;
+    const Eigen::Vector3d along = way / length;
+    const Eigen::Quaterniond from(X_WT_from.linear()), to(X_WT_to.linear());
+    for (std::size_t i = 1; i < timed.path.t.size(); ++i) {
+      for (int part = 1; part <= kParts; ++part) {
+        const double before = timed.path.t[i - 1];
+        const Pose X = toolAt(timed, before + (timed.path.t[i] - before) * part / kParts);
+        const Eigen::Vector3d gone = X.translation() - X_WT_from.translation();
+        const double at = std::clamp(gone.dot(along), 0.0, length);
+        if ((gone - at * along).norm() > kOffLine) return false;
+        const Eigen::Quaterniond expected = from.slerp(at / length, to);
+        if (expected.angularDistance(Eigen::Quaterniond(X.linear())) > kTurned) return false;
+      }
+    }
+    return true;
+  }
+
+  static double clearTime(const TimedStage& timed) {
+    const Eigen::Vector3d start = toolAt(timed, 0).translation();
+    const auto clear = [&](double t) {
+      return (toolAt(timed, t).translation() - start).norm() >= kClearDistance;
+    };
+    double high = kLook;
+    while (high < timed.path.duration() && !clear(high)) high += kLook;
+    double low = high - kLook;
+    while (high - low > kLookExact) {
+      const double middle = 0.5 * (low + high);
+      (clear(middle) ? high : low) = middle;
+    }
+    return std::min(high, timed.path.duration());
+  }
+
+  /// A contact on the timed curve, if any.
+  std::optional<BodyContact> hitOnCurve(const TimedStage& timed) {
+    const StagePath& stage = *timed.stage;
+    const TimedMotion motion(timed.path);
+    StateChecker checker =
+        context_.make(stage.state, *stage.mover, timed.dofs, allowedContacts(stage.stage));
+    double from = 0;
+    if (stage.stage.action == StageAction::kRetreat) {
+      StateChecker departing =
+          context_.make(stage.state, *stage.mover, timed.dofs, departingContacts(stage.stage));
+      from = (timed.clear - kLookExact) / timed.path.duration();
+      if (auto hit = departing.hit(timed.path.q.front())) return hit;
+      if (auto hit = departing.hitAlong(motion, 0, from, kTimedClearance)) return hit;
+    } else if (auto hit = checker.hit(timed.path.q.front())) {
+      return hit;
+    }
+    if (auto hit = checker.hit(timed.path.q.back())) return hit;
+    return checker.hitAlong(motion, from, 1, kTimedClearance);
+  }
+
+  const TransportProblem& problem_;
+  CollisionContext& context_;
+  std::span<const StagePath> stages_;
+  bool has_fingers_ = false;
+  MotionFailure failure_;
+};
+
+/// One past the last of the stages that may be joined from `first` on.
+std::size_t blockEnd(const std::vector<StagePath>& stages, std::size_t first) {
+  std::size_t end = first + 1;
+  while (end < stages.size() && joinable(stages[end - 1].stage, stages[end].stage)) ++end;
+  return end;
+}
+
+}  // namespace
+
+std::variant<std::vector<TimedStage>, MotionFailure> timeStages(const TransportProblem& problem,
+                                                                CollisionContext& context,
+                                                                const TransportPath& path) {
+  std::vector<TimedStage> timed;
+  for (std::size_t first = 0; first < path.stages.size();) {
+    const std::size_t end = blockEnd(path.stages, first);
+    const std::span block(path.stages.data() + first, end - first);
+    auto result = BlockTimer(problem, context, block).time();
+    if (auto* failure = std::get_if<MotionFailure>(&result)) return std::move(*failure);
+    for (TimedStage& stage : std::get<std::vector<TimedStage>>(result)) {
+      timed.push_back(std::move(stage));
+    }
+    first = end;
+  }
+  return timed;
+}
+
+}  // namespace handover

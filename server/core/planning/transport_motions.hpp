@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// Grasps and motions of one chain of arms: from an object pose to the grasps that are feasible
+// there ([paper] Alg. 1), from a tuple of grasps and handover poses to stage paths (§IV-E).
+#pragma once
+
+#include "core/planning/free_motion.hpp"
+#include "core/planning/linear_motion.hpp"
+#include "core/planning/transport_path.hpp"
+
+#include <map>
+#include <optional>
+#include <variant>
+#include <vector>
+
+namespace handover {
+
+/// A stage for which no motion was found.
+struct MotionFailure {
+  StageRef stage;
+  Cause cause = Cause::kNoPath;
+  NamePair pair;  ///< kTiming: what touches on the timed curve
+};
+
+/// Keeps what tuples share: the picking depends on the first holder's grasp alone, the placing on
+/// the last one's alone. One per worker.
+class TransportMotions {
+ public:
+  /// @param spare_world  a second world over the same scene: tests that take turns keep theirs set.
+  /// @pre the arguments outlive this.
+  TransportMotions(const TransportProblem& problem, std::vector<const Manipulator*> holders,
+                   CollisionWorld& world, CollisionWorld& spare_world, const Deadline& deadline);
+
+  /// Alg. 1 with O at the start, by the first holder ([paper] §IV-C); what it holds already if it
+  /// starts in the hand.
+  PrunedGrasps pruneFirstAtStart(const PruneEffort& effort);
+  /// Alg. 1 with O at the goal, by the last holder (§IV-B).
+  PrunedGrasps pruneLastAtGoal(const PruneEffort& effort);
+  /// Alg. 3's last step: the grasp of handover's receiver with O at X_WH, the giver's arm at its
+  /// start, where it has to get to while the receiver still stands there.
+  /// @param give  the same grasp where the receiver gives the object on, or puts it down.
+  PrunedGrasps pruneReceiverAt(std::size_t handover, const Pose& X_WH, const FeasibleGrasp& give);
+  /// Alg. 2: the giver's grasps, of those it can take with, with O at X_WH and the receiver's hand
+  /// in place.
+  PrunedGrasps pruneGiverAt(std::size_t handover, const Pose& X_WH, const FeasibleGrasp& receive,
+                            const PrunedGrasps& takes);
+
+  /// Whether the giver's arm has any configuration at all with O at X_WH, by a grasp it can take
+  /// with; whether the receiver's has any with its grasp. Asked first: most poses fail here.
+  bool giverReaches(std::size_t handover, const Pose& X_WH, const PrunedGrasps& takes);
+  bool receiverReaches(std::size_t handover, const Pose& X_WH, int grasp);
+
+  /// How often these two have asked for a configuration by least squares and found none, which
+  /// takes a hundred times as long as the closed form.
+  std::uint32_t failedIkSolves() const { return failed_ik_solves_; }
+
+  /// Drops the receiver's leading configurations until one has a collision-free straight approach,
+  /// the giver out of the way; false, nothing changed, if none has.
+  bool keepApproachable(std::size_t handover, const Pose& X_WH, FeasibleGrasp& receive);
+
+  /// All motions of a tuple, or the stage at which none was found.
+  std::variant<TransportPath, MotionFailure> connect(const TransportTuple& tuple);
+
+  const std::vector<const Manipulator*>& holders() const { return holders_; }
+
+  const std::vector<TaskStage>& stages() const { return stages_; }
+
+  CollisionContext& context() { return context_; }
+
+ private:
+  struct PickMotion {
+    ArmVector q;  ///< at the object
+    JointPath reach, approach, lift;
+  };
+
+  /// What the last holder does at the goal; the paths are empty where it ends with O in hand.
+  struct PlaceMotion {
+    ArmVector q;
+    JointPath place, retreat, home;
+  };
+
+  /// Both hands at the object.
+  struct DualGrasp {
+    ArmVector q_g, q_r;
+    JointPath approach, retreat;  ///< the receiver's, on to q_r; the giver's, back from q_g
+  };
+
+  /// A carry to the last grasp that was not found.
+  struct FailedCarry {
+    int place;
+    ArmVector q;  ///< where it began
+  };
+
+  /// Everything that connect() finds, by holder or handover.
+  struct Motions {
+    std::vector<DualGrasp> dual_grasps;
+    std::vector<JointPath> reaches, carries, homes;
+    const PickMotion* pick = nullptr;  ///< nullptr: held at the start
+    const PlaceMotion* place = nullptr;
+  };
+
+  std::size_t last() const { return holders_.size() - 1; }
+
+  const Manipulator& at(std::size_t holder) const { return *holders_[holder]; }
+
+  ArmVector homeOf(const Manipulator& arm) const { return arm.armOf(start_.of(arm)); }
+
+  AllowedContacts contactsOf(std::size_t holder, StageAction action) const;
+  bool reaches(const Manipulator& arm, const Pose& X_WT);
+  std::uint64_t seedFor(std::size_t holder, StageAction action, int grasp) const;
+
+  const std::optional<PickMotion>& pickMotion(const FeasibleGrasp& take);
+  const std::optional<PlaceMotion>& placeMotion(const FeasibleGrasp& give);
+  std::optional<PlaceMotion> placeAt(const FeasibleGrasp& give, const ArmVector& q);
+  std::optional<DualGrasp> dualGrasp(std::size_t handover, const TransportTuple& tuple);
+  struct HandPair;
+  std::optional<DualGrasp> dualGraspAt(const HandPair& hands, const CellState& given,
+                                       const ArmVector& q_g, const ArmVector& q_r,
+                                       StateChecker& arriving, bool& hopeless);
+
+  /// As everything stands when holder's carry begins: holders before it at home with open hands.
+  CellState stateBefore(std::size_t holder, const TransportTuple& tuple) const;
+  std::optional<JointPath> carryPath(std::size_t holder, const TransportTuple& tuple,
+                                     const Motions& motions);
+  std::optional<JointPath> reachPath(std::size_t holder, const TransportTuple& tuple,
+                                     const Motions& motions);
+  std::optional<JointPath> homePath(std::size_t holder, const TransportTuple& tuple,
+                                    const Motions& motions);
+  bool knownToFail(const TransportTuple& tuple, const Motions& motions) const;
+  std::optional<MotionFailure> findMotions(const TransportTuple& tuple, Motions& motions);
+  ArmVector takeConfiguration(std::size_t holder, const Motions& motions) const;
+  ArmVector giveConfiguration(std::size_t holder, const Motions& motions) const;
+  TransportPath assemble(const TransportTuple& tuple, const Motions& motions) const;
+
+  const TransportProblem& problem_;
+  std::vector<const Manipulator*> holders_;
+  std::vector<TaskStage> stages_;
+  const Deadline& deadline_;
+  CollisionContext context_, spare_context_;
+  FreeMotionSolver free_motion_;
+  CellState start_;
+  std::map<int, std::optional<PickMotion>> picks_;    ///< by the first holder's grasp
+  std::map<int, std::optional<PlaceMotion>> places_;  ///< by the last holder's grasp
+  std::vector<FailedCarry> failed_carries_;
+  std::uint32_t failed_ik_solves_ = 0;
+};
+
+}  // namespace handover

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cells/decomposition_cache.hpp"
+
+#include "core/decomposition/decomposition_file.hpp"
+#include "support/meshes.hpp"
+#include "support/temporary_folder.hpp"
+
+#include <gtest/gtest.h>
+
+namespace handover {
+namespace {
+
+namespace fs = std::filesystem;
+
+class PartsCacheTest : public ::testing::Test {
+ protected:
+  std::size_t parts(bool force = false) const {
+    const auto made = DecompositionCache(folder_.path(), force)(mesh_);
+    return made ? made->size() : 0;
+  }
+
+  fs::path file() const {
+    for (const auto& entry : fs::directory_iterator(folder_ / "parts")) return entry.path();
+    return {};
+  }
+
+  test::TemporaryFolder folder_;
+  TriangleMesh mesh_ = test::angleMesh();  // two parts
+  /// What no angle is divided into: seen again, it was read.
+  std::vector<TriangleMesh> other_{3, test::boxMesh({0, 0, 0}, {1, 1, 1})};
+};
+
+TEST_F(PartsCacheTest, MakesOnce) {
+  EXPECT_EQ(parts(), 2u);
+  ASSERT_TRUE(writePartsFile(other_, partsHash(mesh_), file()));
+  EXPECT_EQ(parts(), 3u);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "parts"), fs::directory_iterator()), 1);
+}
+
+TEST_F(PartsCacheTest, MakesAgainWhenForced) {
+  EXPECT_EQ(parts(), 2u);
+  ASSERT_TRUE(writePartsFile(other_, partsHash(mesh_), file()));
+  EXPECT_EQ(parts(true), 2u);
+  EXPECT_EQ(parts(), 2u);
+}
+
+TEST_F(PartsCacheTest, MakesADamagedFileAgain) {
+  EXPECT_EQ(parts(), 2u);
+  fs::resize_file(file(), fs::file_size(file()) - 1);
+  EXPECT_EQ(parts(), 2u);
+  EXPECT_TRUE(readPartsFile(file(), partsHash(mesh_)));
+}
+
+TEST_F(PartsCacheTest, MakesAFileOfAnotherMeshAgain) {
+  EXPECT_EQ(parts(), 2u);
+  ASSERT_TRUE(writePartsFile(other_, partsHash(mesh_) + 1, file()));
+  EXPECT_EQ(parts(), 2u);
+}
+
+TEST_F(PartsCacheTest, GoesOnWithoutAFolderToWriteTo) {
+  folder_.write("parts", "a file");
+  EXPECT_EQ(parts(), 2u);
+}
+
+TEST_F(PartsCacheTest, PassesOnWhatCannotBeDivided) {
+  mesh_.triangles.clear();
+  EXPECT_EQ(parts(), 0u);
+  EXPECT_FALSE(fs::exists(folder_ / "parts"));
+}
+
+}  // namespace
+}  // namespace handover
