@@ -198,6 +198,9 @@ std::vector<Product> productsOf(const PlanOptions& options) {
 }  // namespace
 
 int runPlan(const CommonOptions& common, const PlanOptions& options) {
+  if (!options.html.empty() && !view::hasPages()) {
+    return fail(common, kExitConfiguration, view::kNoPages);
+  }
   // Opened before the daemon is asked: a plan that cannot be kept need not be made.
   const std::vector<Product> products = productsOf(options);
   std::deque<OutputFile> files;
@@ -261,6 +264,9 @@ int runView(const CommonOptions& common, const ViewOptions& options) {
     text = verify::readPlanText(options.plan);
   } catch (const verify::Unreadable& fault) {
     return fail(common, kExitUsage, fault.what());
+  }
+  if (view::isPage(options.output) && !view::hasPages()) {
+    return fail(common, kExitConfiguration, view::kNoPages);
   }
   try {
     if (!output.commit(view::planView(text, options.output, options.root))) {

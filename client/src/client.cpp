@@ -39,29 +39,62 @@ std::string randomClientId() { return "client-" + RequestId::random().hex().subs
 
 struct PlanHandle::State {
   PlanRequest request;
-  OnEvent on_stage;
+  OnEvent on_event;
+  OnRestart on_restart;
   std::weak_ptr<Client::Impl> client;
   std::promise<Outcome> promise;
   std::shared_future<Outcome> future = promise.get_future().share();
 
   // Guarded by the client's mutex.
   Clock::time_point written_at{}, answered_at{};
+  std::optional<AnswerId> answer;               ///< the one that is taken
+  std::set<AnswerId> dropped;                   ///< those before it: their daemons may still write
   std::optional<Clock::time_point> planned_at;  ///< the first whole plan was there
-  std::map<std::uint32_t, int> stages_seen;     ///< by solution
+  std::optional<Clock::time_point> failed_at;   ///< why there is none
+  std::map<std::uint32_t, std::uint32_t> stages_missing;  ///< by solution
   std::uint32_t next_sequence = 0;
   bool ended = false;
   bool cell_was_served = false;
   bool cancel_wanted = false;
   std::optional<Clock::time_point> lost_at;
+
+  /// Forgets the answer so far; true when there was one. With the client's mutex held.
+  bool begin(const AnswerId& id) {
+    const bool again = answer.has_value();
+    if (again) dropped.insert(*answer);
+    answer = id;
+    planned_at.reset();
+    failed_at.reset();
+    stages_missing.clear();
+    next_sequence = 0;
+    return again;
+  }
+
+  /// Notes what an event means for the request. With the client's mutex held.
+  void note(const PlanEvent& event, Clock::time_point at) {
+    ++next_sequence;
+    if (const auto* solution = std::get_if<Solution>(&event.payload)) {
+      stages_missing[solution->index] = solution->stage_count;
+    } else if (const auto* stage = std::get_if<StageTrajectory>(&event.payload)) {
+      const auto found = stages_missing.find(stage->solution);
+      const bool whole = found != stages_missing.end() && --found->second == 0;
+      if (whole && !planned_at) planned_at = at;
+    } else if (std::holds_alternative<Failure>(event.payload) && !failed_at) {
+      failed_at = at;
+    } else if (const auto* outcome = std::get_if<Outcome>(&event.payload)) {
+      if (std::holds_alternative<Failed>(*outcome) && !failed_at) failed_at = at;
+      if (!std::holds_alternative<Failed>(*outcome)) failed_at.reset();
+    }
+  }
 };
 
 struct Client::Impl {
   using Pending = std::shared_ptr<PlanHandle::State>;
 
-  struct Event {
+  struct Arrival {
     Clock::time_point at;
     RequestId id;
-    wire::Decoded<PlanEvent> stage;
+    wire::Decoded<PlanEvent> event;
     bool watched = false;
   };
 
@@ -73,7 +106,7 @@ struct Client::Impl {
   std::condition_variable changed;
   wire::KnownDaemons known_daemons;
   std::map<RequestId, Pending> pending;
-  std::deque<Event> events;
+  std::deque<Arrival> arrivals;
   OnEvent on_watched;
   bool interrupted = false, stopping = false;
 
@@ -81,7 +114,7 @@ struct Client::Impl {
   wire::Participant participant;
   wire::Writer<msg::HandoverRequest> requests;
   wire::Writer<msg::HandoverCancel> cancels;
-  wire::Reader<msg::PlanEvent> stages;
+  wire::Reader<msg::PlanEvent> events;
   wire::Reader<msg::DaemonStatus> statuses;
   std::optional<wire::Reader<msg::PlanEvent>> watched;
 
@@ -95,8 +128,8 @@ struct Client::Impl {
         requests(participant,
                  {.user_data = client_id, .on_match = [this](const auto&) { touch(); }}),
         cancels(participant, {.on_match = [this](const auto&) { touch(); }}),
-        stages(participant, {.partition = client_id, .on_match = [this](const auto&) { touch(); }},
-               [this](const auto& sample) { onStage(sample, false); }),
+        events(participant, {.partition = client_id, .on_match = [this](const auto&) { touch(); }},
+               [this](const auto& sample) { onEvent(sample, false); }),
         statuses(participant, {.on_match = [this](const auto& match) { onStatusMatch(match); }},
                  [this](const auto& sample) { onStatus(sample); }),
         dispatcher([this] { dispatch(); }) {}
@@ -122,11 +155,11 @@ struct Client::Impl {
     changed.notify_all();
   }
 
-  void onStage(const wire::Sample<msg::PlanEvent>& sample, bool by_watch) {
+  void onEvent(const wire::Sample<msg::PlanEvent>& sample, bool by_watch) {
     if (sample.message == nullptr) return;
-    Event event{Clock::now(), RequestId{sample.key}, wire::decode(*sample.message), by_watch};
+    Arrival arrival{Clock::now(), RequestId{sample.key}, wire::decode(*sample.message), by_watch};
     const std::lock_guard lock(mutex);
-    events.push_back(std::move(event));
+    arrivals.push_back(std::move(arrival));
     changed.notify_all();
   }
 
@@ -162,10 +195,10 @@ struct Client::Impl {
     if (!there) {
       throw ClientError(Code::kNoDaemon, "no daemon in domain " + std::to_string(domain));
     }
-    // The daemon makes our stage writer as soon as it sees our request writer. One that does not
-    // know us makes it with the first request; its stages wait for us then.
+    // The daemon makes our events writer as soon as it sees our request writer. One that does not
+    // know us makes it with the first request; its events wait for us then.
     using namespace std::chrono_literals;
-    await(lock, std::min(until, Clock::now() + 500ms), [this] { return stages.matched() > 0; });
+    await(lock, std::min(until, Clock::now() + 500ms), [this] { return events.matched() > 0; });
   }
 
   void sendCancel(const RequestId& id) {
@@ -180,13 +213,14 @@ struct Client::Impl {
   void dispatch() noexcept {
     std::unique_lock lock(mutex);
     while (!stopping) {
-      if (events.empty()) {
+      if (arrivals.empty()) {
         auto next = Clock::time_point::max();
         const auto given_up = lost(next);
         if (!given_up.empty()) {
           lock.unlock();
           for (const Pending& state : given_up) {
-            fail(state, Code::kDaemonLost, "the daemon went away and did not come back");
+            fail(state,
+                 ClientError(Code::kDaemonLost, "the daemon went away and did not come back"));
           }
           lock.lock();
         } else if (next == Clock::time_point::max()) {
@@ -196,57 +230,68 @@ struct Client::Impl {
         }
         continue;
       }
-      Event event = std::move(events.front());
-      events.pop_front();
-      if (event.watched) {
-        if (const auto* stage = std::get_if<PlanEvent>(&event.stage)) {
+      const Arrival arrival = std::move(arrivals.front());
+      arrivals.pop_front();
+      if (arrival.watched) {
+        if (const auto* event = std::get_if<PlanEvent>(&arrival.event)) {
           lock.unlock();
-          on_watched(*stage);
+          on_watched(*event);
           lock.lock();
         }
       } else {
-        take(lock, event);
+        take(lock, arrival);
       }
     }
   }
 
-  void take(std::unique_lock<std::mutex>& lock, const Event& event) {
-    const auto found = pending.find(event.id);
+  void take(std::unique_lock<std::mutex>& lock, const Arrival& arrival) {
+    const auto found = pending.find(arrival.id);
     if (found == pending.end()) return;
     const Pending state = found->second;
-    const auto* stage = std::get_if<PlanEvent>(&event.stage);
-    if (stage == nullptr) {
-      const auto& faults = std::get<std::vector<Fault>>(event.stage);
-      lock.unlock();
-      fail(state, Code::kBadStream, "unreadable stage:" + describe(faults));
-      lock.lock();
+    const auto* event = std::get_if<PlanEvent>(&arrival.event);
+    if (event == nullptr) {
+      const auto& faults = std::get<std::vector<Fault>>(arrival.event);
+      failUnlocked(lock, state, "unreadable event:" + describe(faults));
       return;
     }
-    // A daemon that came back sends the same stages again from the first on.
-    if (stage->sequence < state->next_sequence) return;
-    if (stage->sequence > state->next_sequence) {
-      lock.unlock();
-      fail(state, Code::kBadStream,
-           "stage " + std::to_string(state->next_sequence) + " is missing before stage " +
-               std::to_string(stage->sequence));
-      lock.lock();
+    if (state->dropped.contains(event->answer_id)) return;
+    const bool restart = state->answer != event->answer_id && state->begin(event->answer_id);
+    if (event->sequence < state->next_sequence) return;
+    if (event->sequence > state->next_sequence) {
+      failUnlocked(lock, state,
+                   "event " + std::to_string(state->next_sequence) + " is missing before event " +
+                       std::to_string(event->sequence));
       return;
     }
-    ++state->next_sequence;
-    if (const auto* path = std::get_if<StageTrajectory>(&stage->payload)) {
-      const bool whole = ++state->stages_seen[path->solution] == kStageCount;
-      if (whole && !state->planned_at) state->planned_at = event.at;
-    }
+    state->note(*event, arrival.at);
     const bool late_cancel = state->next_sequence == 1 && state->cancel_wanted;
     changed.notify_all();
     lock.unlock();
-    if (late_cancel) (void)cancels.write(wire::encodeCancel(event.id));
-    if (state->on_stage) state->on_stage(*stage);
-    const auto* outcome = std::get_if<Outcome>(&stage->payload);
-    if (outcome != nullptr) {
-      end(state, event.at);
-      state->promise.set_value(*outcome);
+    if (late_cancel) (void)cancels.write(wire::encodeCancel(arrival.id));
+    deliver(state, *event, restart, arrival.at);
+    lock.lock();
+  }
+
+  /// Calls back, and ends the request with its outcome or with what left a callback.
+  void deliver(const Pending& state, const PlanEvent& event, bool restart, Clock::time_point at) {
+    try {
+      if (restart && state->on_restart) state->on_restart();
+      if (state->on_event) state->on_event(event);
+    } catch (...) {
+      end(state, at);
+      state->promise.set_exception(std::current_exception());
+      return;
     }
+    const auto* outcome = std::get_if<Outcome>(&event.payload);
+    if (outcome == nullptr) return;
+    end(state, at);
+    state->promise.set_value(*outcome);
+  }
+
+  void failUnlocked(std::unique_lock<std::mutex>& lock, const Pending& state,
+                    const std::string& text) {
+    lock.unlock();
+    fail(state, ClientError(Code::kBadStream, text));
     lock.lock();
   }
 
@@ -263,9 +308,9 @@ struct Client::Impl {
     requests.unregister(wire::encode(state->request));
   }
 
-  void fail(const Pending& state, Code code, const std::string& text) {
+  void fail(const Pending& state, const ClientError& error) {
     end(state, Clock::now());
-    state->promise.set_exception(std::make_exception_ptr(ClientError(code, text)));
+    state->promise.set_exception(std::make_exception_ptr(error));
   }
 
   /// Requests whose daemon stayed away too long; `next` is when to look again.
@@ -291,8 +336,7 @@ struct Client::Impl {
   }
 };
 
-// ---- handle
-// --------------------------------------------------------------------------------------------
+// The handle.
 
 RequestId PlanHandle::id() const { return state_->request.id; }
 
@@ -323,8 +367,12 @@ std::optional<std::chrono::duration<double>> PlanHandle::firstPlanTime() const {
   return *state_->planned_at - state_->written_at;
 }
 
-// ---- client
-// --------------------------------------------------------------------------------------------
+std::optional<std::chrono::duration<double>> PlanHandle::failureTime() const {
+  if (!state_->failed_at) return std::nullopt;
+  return *state_->failed_at - state_->written_at;
+}
+
+// The client.
 
 Client::Client(const ClientOptions& options) {
   if (!options.client_id.empty() && !validClientId(options.client_id)) {
@@ -342,7 +390,7 @@ Client::~Client() { impl_->shutDown(); }
 
 const std::string& Client::clientId() const { return impl_->client_id; }
 
-PlanHandle Client::plan(PlanRequest request, OnEvent on_stage) {
+PlanHandle Client::plan(PlanRequest request, OnEvent on_event, OnRestart on_restart) {
   if (request.id == RequestId{}) request.id = RequestId::random();
   request.client_id = impl_->client_id;
 
@@ -350,7 +398,8 @@ PlanHandle Client::plan(PlanRequest request, OnEvent on_stage) {
   handle.state_ = std::make_shared<PlanHandle::State>();
   PlanHandle::State& state = *handle.state_;
   state.request = std::move(request);
-  state.on_stage = std::move(on_stage);
+  state.on_event = std::move(on_event);
+  state.on_restart = std::move(on_restart);
   state.client = impl_;
 
   std::unique_lock lock(impl_->mutex);
@@ -358,10 +407,12 @@ PlanHandle Client::plan(PlanRequest request, OnEvent on_stage) {
   state.written_at = state.answered_at = Clock::now();
   if (auto faults = check(state.request); !faults.empty()) {
     state.ended = true;
-    const PlanEvent stage{state.request.id, 0, 0, Outcome{Rejected{"bad_request", faults}}};
+    const Outcome outcome = Rejected{RejectionReason::kBadRequest, std::move(faults)};
     lock.unlock();
-    if (state.on_stage) state.on_stage(stage);
-    state.promise.set_value(std::get<Outcome>(stage.payload));
+    if (state.on_event) {
+      state.on_event({state.request.id, RequestId::random().bytes, 0, 0, outcome});
+    }
+    state.promise.set_value(outcome);
     return handle;
   }
   state.cell_was_served = impl_->known_daemons.anyServes(state.request.cell);
@@ -411,15 +462,15 @@ bool Client::daemonThere() const {
   return !impl_->known_daemons.empty();
 }
 
-void Client::watch(OnEvent on_stage) {
+void Client::watch(OnEvent on_event) {
   {
     std::unique_lock lock(impl_->mutex);
     impl_->awaitDaemon(lock);
-    impl_->on_watched = std::move(on_stage);
+    impl_->on_watched = std::move(on_event);
   }
   Impl& impl = *impl_;
   impl.watched.emplace(impl.participant, wire::EntityOptions{.partition = "*"},
-                       [&impl](const auto& sample) { impl.onStage(sample, true); });
+                       [&impl](const auto& sample) { impl.onEvent(sample, true); });
 }
 
 void routeMiddlewareLog() { wire::routeDdsLog(true); }

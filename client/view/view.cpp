@@ -11,16 +11,16 @@ namespace handover::view {
 
 namespace fs = std::filesystem;
 
-bool knowsFormat(const fs::path& output) {
-  return output.extension() == ".html" || output.extension() == ".mcap";
-}
+bool isPage(const fs::path& output) { return output.extension() == ".html"; }
+
+bool knowsFormat(const fs::path& output) { return isPage(output) || output.extension() == ".mcap"; }
 
 std::string planView(const std::string& plan_text, const fs::path& output, const fs::path& root) {
   const fs::path folder = root.empty() ? defaultRoot() : root;
   if (folder.empty()) {
     throw client::PlanFileError("--root", "neither an installed share nor the repository found");
   }
-  return output.extension() == ".mcap" ? planMcap(plan_text, folder) : planPage(plan_text, folder);
+  return isPage(output) ? planPage(plan_text, folder) : planMcap(plan_text, folder);
 }
 
 }  // namespace handover::view

@@ -38,7 +38,7 @@ ClientStream::~ClientStream() {
   changed_.notify_all();
 }
 
-void ClientStream::publish(const PlanEvent& stage) {
+void ClientStream::publish(const PlanEvent& event) {
   {
     const std::lock_guard lock(mutex_);
     last_used_ = Clock::now();
@@ -47,7 +47,7 @@ void ClientStream::publish(const PlanEvent& stage) {
       dropped_ = true;
       backlog_.clear();
     } else {
-      backlog_.push_back(stage);
+      backlog_.push_back(event);
     }
   }
   changed_.notify_all();
@@ -100,7 +100,7 @@ void ClientStream::run() {
         return stopping_ || dropped_ || flush_wanted_ || !backlog_.empty();
       };
       if (flush_wanted_ && backlog_.empty()) {
-        // Only when asked: stages that came meanwhile would wait for the acknowledgement.
+        // Only when asked: events that came meanwhile would wait for the acknowledgement.
         lock.unlock();
         const bool all = writer.waitForAcknowledgments(50ms);
         lock.lock();
@@ -116,8 +116,8 @@ void ClientStream::run() {
       if (stopping_ || dropped_) return;
       batch.swap(backlog_);
     }
-    for (const PlanEvent& stage : batch) {
-      if (send(writer, stage)) continue;
+    for (const PlanEvent& event : batch) {
+      if (send(writer, event)) continue;
       const std::lock_guard lock(mutex_);
       dropped_ = true;
       return;
@@ -126,8 +126,8 @@ void ClientStream::run() {
   }
 }
 
-bool ClientStream::send(wire::Writer<msg::PlanEvent>& writer, const PlanEvent& stage) {
-  if (stage.sequence == 0) {
+bool ClientStream::send(wire::Writer<msg::PlanEvent>& writer, const PlanEvent& event) {
+  if (event.sequence == 0) {
     if (answered_.size() >= kAnswered) {
       writer.waitForAcknowledgments(1s);  // what is forgotten is not sent again
       forget(writer, Clock::time_point::max());
@@ -137,11 +137,11 @@ bool ClientStream::send(wire::Writer<msg::PlanEvent>& writer, const PlanEvent& s
   }
   // One try blocks for the writer's blocking time; the client's lease is longer than that.
   for (int attempt = 0; attempt < 5; ++attempt) {
-    const auto result = writer.write(wire::encode(stage));
+    const auto result = writer.write(wire::encode(event));
     if (result == wire::WriteResult::kOk) {
-      if (std::holds_alternative<Outcome>(stage.payload)) {
-        writer.dispose(keyOnly(stage.request_id));
-        answered_.push_back({stage.request_id, Clock::now()});
+      if (std::holds_alternative<Outcome>(event.payload)) {
+        writer.dispose(keyOnly(event.request_id));
+        answered_.push_back({event.request_id, Clock::now()});
       }
       return true;
     }

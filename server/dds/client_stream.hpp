@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way to one client: a bounded queue, a thread and a stage writer in the client's partition, so
-// that a slow or dead client holds up nobody else.
+// The way to one client: a bounded queue, a thread and an events writer in the client's partition,
+// so that a slow or dead client holds up nobody else.
 #pragma once
 
 #include "wire/entities.hpp"
@@ -34,7 +34,7 @@ class ClientStream {
   ClientStream(const ClientStream&) = delete;
   ClientStream& operator=(const ClientStream&) = delete;
 
-  void publish(const PlanEvent& stage);
+  void publish(const PlanEvent& event);
   /// True when nothing was published for the retention time and all instances are gone.
   bool idle() const;
   /// Waits until the client has what was published before, or the time is over.
@@ -50,7 +50,7 @@ class ClientStream {
 
   void loop() noexcept;
   void run();
-  bool send(wire::Writer<msg::PlanEvent>& writer, const PlanEvent& stage);
+  bool send(wire::Writer<msg::PlanEvent>& writer, const PlanEvent& event);
   void forget(wire::Writer<msg::PlanEvent>& writer, Clock::time_point now);
 
   const wire::Participant& participant_;

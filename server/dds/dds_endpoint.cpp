@@ -42,6 +42,7 @@ struct DdsEndpoint::Impl {
   wire::KnownDaemons daemons;
   DaemonId own_id{};
   bool receiving = false;
+  std::uint64_t refused = 0;  ///< requests that could not be answered
 
   std::mutex delivering;  // held while the handler runs; guards handler
   RequestHandler* handler = nullptr;
@@ -76,10 +77,12 @@ struct DdsEndpoint::Impl {
       const std::lock_guard lock(mutex);
       ids.swap(requests_of_client[client_id]);
     }
-    for (const RequestId& id : ids) deliver([&](RequestHandler& to) { to.onCancel(id); });
+    for (const RequestId& id : ids) {
+      deliver([&](RequestHandler& to) { to.onCancel(id, CancelCause::kClientLost); });
+    }
   }
 
-  /// A client's request writer carries its id: its stage writer is there before the first request.
+  /// A client's request writer carries its id: its events writer is there before the first request.
   void onWriter(const wire::RemoteWriter& writer) {
     if (writer.topic != wire::kRequestTopic || !validClientId(writer.user_data)) return;
     const std::lock_guard lock(mutex);
@@ -97,13 +100,17 @@ struct DdsEndpoint::Impl {
         const auto found = requests_of_writer.find(sample.writer);
         own = found != requests_of_writer.end() && found->second.contains(id);
       }
-      if (own) deliver([&](RequestHandler& to) { to.onCancel(id); });
+      const CancelCause cause =
+          sample.writers_lost ? CancelCause::kClientLost : CancelCause::kDisposed;
+      if (own) deliver([&](RequestHandler& to) { to.onCancel(id, cause); });
       return;
     }
     const std::string& client_id = sample.message->client_id();
     const auto decoded = wire::decode(*sample.message);
     if (!answerable(client_id)) {
       logger("dds")->warn("request {}: its client id cannot be answered", id.hex());
+      const std::lock_guard lock(mutex);
+      ++refused;
       return;
     }
     {
@@ -111,6 +118,7 @@ struct DdsEndpoint::Impl {
       if (stream(client_id) == nullptr) {
         logger("dds")->warn("request {} of {}: more than {} clients", id.hex(), client_id,
                             settings.max_clients);
+        ++refused;
         return;
       }
       requests_of_client[client_id].insert(id);
@@ -135,7 +143,9 @@ struct DdsEndpoint::Impl {
       ids.swap(found->second);
       requests_of_writer.erase(found);
     }
-    for (const RequestId& id : ids) deliver([&](RequestHandler& to) { to.onCancel(id); });
+    for (const RequestId& id : ids) {
+      deliver([&](RequestHandler& to) { to.onCancel(id, CancelCause::kClientLost); });
+    }
   }
 
   void onStatus(const wire::Sample<msg::DaemonStatus>& sample) {
@@ -207,14 +217,15 @@ void DdsEndpoint::open(RequestHandler& handler) {
     const std::lock_guard lock(impl.mutex);
     impl.receiving = true;
   }
-  impl.cancel_reader.emplace(
-      impl.participant, wire::EntityOptions{},
-      [&impl](const wire::Sample<msg::HandoverCancel>& sample) {
-        if (sample.message == nullptr) return;
-        const auto id = wire::decode(*sample.message);
-        if (!std::holds_alternative<RequestId>(id)) return;
-        impl.deliver([&](RequestHandler& to) { to.onCancel(std::get<RequestId>(id)); });
-      });
+  impl.cancel_reader.emplace(impl.participant, wire::EntityOptions{},
+                             [&impl](const wire::Sample<msg::HandoverCancel>& sample) {
+                               if (sample.message == nullptr) return;
+                               const auto id = wire::decode(*sample.message);
+                               if (!std::holds_alternative<RequestId>(id)) return;
+                               impl.deliver([&](RequestHandler& to) {
+                                 to.onCancel(std::get<RequestId>(id), CancelCause::kAsked);
+                               });
+                             });
   impl.request_reader.emplace(
       impl.participant,
       wire::EntityOptions{.on_match = [&impl](const auto& match) { impl.onRequestMatch(match); }},
@@ -232,20 +243,23 @@ void DdsEndpoint::stopReceiving() {
   }
 }
 
-void DdsEndpoint::publish(const std::string& client_id, const PlanEvent& stage) {
+void DdsEndpoint::publish(const std::string& client_id, const PlanEvent& event) {
   const std::lock_guard lock(impl_->mutex);
   ClientStream* stream = impl_->stream(client_id);
   if (stream == nullptr) return;
-  stream->publish(stage);
-  if (std::holds_alternative<Outcome>(stage.payload)) impl_->answered(client_id, stage.request_id);
+  stream->publish(event);
+  if (std::holds_alternative<Outcome>(event.payload)) impl_->answered(client_id, event.request_id);
 }
 
 void DdsEndpoint::publishStatus(const DaemonStatus& status) {
+  DaemonStatus counted = status;
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->own_id = status.id;
+    counted.clients = static_cast<std::uint32_t>(impl_->clients.size());
+    counted.refused = impl_->refused;
   }
-  if (impl_->status_writer->write(wire::encode(status)) != wire::WriteResult::kOk) {
+  if (impl_->status_writer->write(wire::encode(counted)) != wire::WriteResult::kOk) {
     logger("dds")->warn("the status could not be written");
   }
   impl_->reapClients();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's endpoint on DDS: requests, cancels and status in the default partition, stages in
+// The daemon's endpoint on DDS: requests, cancels and status in the default partition, events in
 // one partition, writer and thread per client.
 #pragma once
 
@@ -15,7 +15,7 @@ struct DdsEndpointSettings {
   std::chrono::milliseconds retention = std::chrono::seconds(60);
   std::size_t max_clients =
       256;  ///< at a time; requests of more are ignored with a word to the log
-  std::size_t max_backlog = 16384;  ///< stages waiting for one client; more drop the client
+  std::size_t max_backlog = 16384;  ///< events waiting for one client; more drop the client
 };
 
 class DdsEndpoint : public Endpoint {
@@ -26,7 +26,7 @@ class DdsEndpoint : public Endpoint {
 
   void open(RequestHandler& handler) override;
   void stopReceiving() override;
-  void publish(const std::string& client_id, const PlanEvent& stage) override;
+  void publish(const std::string& client_id, const PlanEvent& event) override;
   void publishStatus(const DaemonStatus& status) override;
   std::vector<DaemonStatus> others() const override;
   void flush(std::chrono::milliseconds most) override;

@@ -22,8 +22,8 @@ class RequestHandler {
   /// A request that did not; its id and client are readable all the same.
   virtual void onInvalidRequest(const RequestId& id, const std::string& client_id,
                                 const std::vector<Fault>& faults) = 0;
-  /// The client cancelled the request, disposed it or is gone.
-  virtual void onCancel(const RequestId& id) = 0;
+  /// The client cancelled the request, disposed it or is gone, as `cause` says.
+  virtual void onCancel(const RequestId& id, CancelCause cause) = 0;
 };
 
 /// Methods are safe from any thread, open() and stopReceiving() from the owner's.
@@ -36,10 +36,11 @@ class Endpoint {
   /// No call of the handler runs or starts after this returned.
   virtual void stopReceiving() = 0;
 
-  /// Sends a stage to a client, in order per request. Never blocks on a client; a client that does
+  /// Sends an event to a client, in order per request. Never blocks on a client; a client that does
   /// not keep up is dropped.
-  virtual void publish(const std::string& client_id, const PlanEvent& stage) = 0;
-  /// Announces this daemon. Called at least every two seconds.
+  virtual void publish(const std::string& client_id, const PlanEvent& event) = 0;
+  /// Announces this daemon; counts of clients and refusals are the endpoint's to fill in. Called at
+  /// least every two seconds.
   virtual void publishStatus(const DaemonStatus& status) = 0;
   /// The other daemons announced and alive.
   virtual std::vector<DaemonStatus> others() const = 0;

@@ -13,9 +13,9 @@ void MemoryEndpoint::stopReceiving() {
   handler_ = nullptr;
 }
 
-void MemoryEndpoint::publish(const std::string&, const PlanEvent& stage) {
+void MemoryEndpoint::publish(const std::string&, const PlanEvent& event) {
   const std::lock_guard lock(mutex_);
-  stages_[stage.request_id].push_back(stage);
+  events_[event.request_id].push_back(event);
   changed_.notify_all();
 }
 
@@ -41,9 +41,9 @@ void MemoryEndpoint::sendInvalid(const RequestId& id, const std::string& client_
   if (handler_ != nullptr) handler_->onInvalidRequest(id, client_id, faults);
 }
 
-void MemoryEndpoint::cancel(const RequestId& id) {
+void MemoryEndpoint::cancel(const RequestId& id, CancelCause cause) {
   const std::lock_guard lock(delivering_);
-  if (handler_ != nullptr) handler_->onCancel(id);
+  if (handler_ != nullptr) handler_->onCancel(id, cause);
 }
 
 void MemoryEndpoint::announceOther(const DaemonStatus& status) {
@@ -51,10 +51,10 @@ void MemoryEndpoint::announceOther(const DaemonStatus& status) {
   others_.push_back(status);
 }
 
-std::vector<PlanEvent> MemoryEndpoint::stages(const RequestId& id) const {
+std::vector<PlanEvent> MemoryEndpoint::events(const RequestId& id) const {
   const std::lock_guard lock(mutex_);
-  const auto found = stages_.find(id);
-  return found == stages_.end() ? std::vector<PlanEvent>{} : found->second;
+  const auto found = events_.find(id);
+  return found == events_.end() ? std::vector<PlanEvent>{} : found->second;
 }
 
 std::optional<std::vector<PlanEvent>> MemoryEndpoint::waitFor(
@@ -63,8 +63,8 @@ std::optional<std::vector<PlanEvent>> MemoryEndpoint::waitFor(
   std::unique_lock lock(mutex_);
   std::vector<PlanEvent> seen;
   const bool met = changed_.wait_for(lock, most, [&] {
-    const auto found = stages_.find(id);
-    if (found != stages_.end()) seen = found->second;
+    const auto found = events_.find(id);
+    if (found != events_.end()) seen = found->second;
     return condition(seen);
   });
   if (!met) return std::nullopt;
@@ -72,8 +72,8 @@ std::optional<std::vector<PlanEvent>> MemoryEndpoint::waitFor(
 }
 
 std::optional<Outcome> MemoryEndpoint::outcome(const RequestId& id) const {
-  const auto ended = [](const std::vector<PlanEvent>& stages) {
-    return !stages.empty() && std::holds_alternative<Outcome>(stages.back().payload);
+  const auto ended = [](const std::vector<PlanEvent>& events) {
+    return !events.empty() && std::holds_alternative<Outcome>(events.back().payload);
   };
   const auto seen = waitFor(id, ended);
   if (!seen) return std::nullopt;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The endpoint without a network: the daemon's tests put requests in and read stages out.
+// The endpoint without a network: the daemon's tests put requests in and read events out.
 #pragma once
 
 #include "runtime/endpoint.hpp"
@@ -17,7 +17,7 @@ class MemoryEndpoint : public Endpoint {
  public:
   void open(RequestHandler& handler) override;
   void stopReceiving() override;
-  void publish(const std::string& client_id, const PlanEvent& stage) override;
+  void publish(const std::string& client_id, const PlanEvent& event) override;
   void publishStatus(const DaemonStatus& status) override;
   std::vector<DaemonStatus> others() const override;
 
@@ -27,16 +27,16 @@ class MemoryEndpoint : public Endpoint {
   void send(const PlanRequest& request);
   void sendInvalid(const RequestId& id, const std::string& client_id,
                    const std::vector<Fault>& faults);
-  void cancel(const RequestId& id);
+  void cancel(const RequestId& id, CancelCause cause = CancelCause::kAsked);
   void announceOther(const DaemonStatus& status);
 
-  /// Stages of a request so far, in the order of publishing.
-  std::vector<PlanEvent> stages(const RequestId& id) const;
-  /// Waits until the stages of a request fulfil a condition; nullopt after `most`.
+  /// Events of a request so far, in the order of publishing.
+  std::vector<PlanEvent> events(const RequestId& id) const;
+  /// Waits until the events of a request fulfil a condition; nullopt after `most`.
   std::optional<std::vector<PlanEvent>> waitFor(
       const RequestId& id, const std::function<bool(const std::vector<PlanEvent>&)>& condition,
       std::chrono::milliseconds most = std::chrono::seconds(20)) const;
-  /// Waits for the outcome of a request.
+  /// Waits until the last event of a request is an outcome.
   std::optional<Outcome> outcome(const RequestId& id) const;
   /// Waits until the last status fulfils a condition.
   bool waitForStatus(const std::function<bool(const DaemonStatus&)>& condition,
@@ -47,7 +47,7 @@ class MemoryEndpoint : public Endpoint {
   mutable std::condition_variable changed_;
   std::mutex delivering_;  // held while the handler runs; guards handler_
   RequestHandler* handler_ = nullptr;
-  std::map<RequestId, std::vector<PlanEvent>> stages_;
+  std::map<RequestId, std::vector<PlanEvent>> events_;
   std::vector<DaemonStatus> others_;
   std::optional<DaemonStatus> status_;
 };

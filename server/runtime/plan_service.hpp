@@ -25,9 +25,10 @@ class PlanService {
   virtual void prepare(const Deadline& deadline) = 0;
 
   /// Answers a request whose fields were validated and whose cell is one of cells(): checks names,
-  /// task, overrides and the expected revision (Rejected with every fault), plans, emits stages to
+  /// task, overrides and the expected revision (Rejected with every fault), plans, emits events to
   /// the sink and returns the outcome without emitting it.
-  virtual Outcome plan(const PlanRequest& request, PlanEventSink& sink, const Deadline& deadline) = 0;
+  virtual Outcome plan(const PlanRequest& request, PlanEventSink& sink,
+                       const Deadline& deadline) = 0;
 };
 
 }  // namespace handover

@@ -6,7 +6,11 @@
 #include <handover/common/check.hpp>
 #include <handover/common/log.hpp>
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <atomic>
+#include <fstream>
 
 namespace handover {
 namespace {
@@ -21,16 +25,25 @@ Failed failed(FailureReason reason, std::string filter, const std::string& text)
   return outcome;
 }
 
-std::string describe(const Outcome& outcome) {
+/// Memory that this process has resident; 0 where the system does not say.
+std::uint64_t residentBytes() {
+  std::ifstream statm("/proc/self/statm");
+  std::uint64_t size = 0, resident = 0;
+  statm >> size >> resident;
+  return statm ? resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) : 0;
+}
+
+std::string textOf(const Outcome& outcome) {
   if (const auto* done = std::get_if<Done>(&outcome)) {
     return done->complete ? "done" : "done, cut by the deadline";
   }
   if (const auto* fail = std::get_if<Failed>(&outcome)) {
     return std::string("failed: ") + toString(fail->reason) + " (" + fail->explanation.text + ")";
   }
-  if (const auto* rejected = std::get_if<Rejected>(&outcome))
-    return "rejected: " + rejected->reason;
-  return "cancelled";
+  if (const auto* rejected = std::get_if<Rejected>(&outcome)) {
+    return std::string("rejected: ") + toString(rejected->reason);
+  }
+  return std::string("cancelled: ") + toString(std::get<Cancelled>(outcome).cause);
 }
 
 }  // namespace
@@ -51,13 +64,24 @@ class Runtime::Stream : public PlanEventSink {
 
   /// @throws std::logic_error when the payload is beyond what the wire carries.
   void emit(PlanEventPayload payload) override {
-    const PlanEvent stage{request.id, next_sequence_, elapsed(), std::move(payload)};
-    const auto faults = check(stage);
-    if (!faults.empty()) {
-      throw std::logic_error("a stage that must not be sent:" + describe(faults));
-    }
+    const PlanEvent event{request.id, answer_id_, next_sequence_, elapsed(), std::move(payload)};
+    const auto faults = check(event);
+    if (!faults.empty()) throw std::logic_error("invalid plan event:" + describe(faults));
     ++next_sequence_;
-    endpoint_.publish(request.client_id, stage);
+    endpoint_.publish(request.client_id, event);
+  }
+
+  /// Asks planning to stop. From any thread; the first cause is kept.
+  void cancel(CancelCause cause) {
+    auto none = CancelCause::kUnspecified;
+    cancel_cause_.compare_exchange_strong(none, cause);
+    deadline.cancel();
+  }
+
+  /// What was asked for, where somebody asked; else what planning says of itself.
+  Cancelled cancelled(const Cancelled& by_planning) const {
+    const CancelCause cause = cancel_cause_;
+    return cause == CancelCause::kUnspecified ? by_planning : Cancelled{cause};
   }
 
   double elapsed() const { return std::chrono::duration<double>(Clock::now() - taken_at).count(); }
@@ -69,7 +93,9 @@ class Runtime::Stream : public PlanEventSink {
 
  private:
   Endpoint& endpoint_;
+  const AnswerId answer_id_ = RequestId::random().bytes;
   std::uint32_t next_sequence_ = 0;
+  std::atomic<CancelCause> cancel_cause_ = CancelCause::kUnspecified;
 };
 
 Runtime::Runtime(PlanService& service, Endpoint& endpoint, RuntimeSettings settings)
@@ -95,11 +121,11 @@ void Runtime::stop() {
     stopping_ = true;
     queued.swap(queue_);
     preparing_.cancel();
-    for (const auto& [id, stream] : open_) stream->deadline.cancel();
+    for (const auto& [id, stream] : open_) stream->cancel(CancelCause::kDaemonStopping);
   }
   work_.notify_all();
   report_.notify_all();
-  for (const auto& stream : queued) finish(stream, Cancelled{});
+  for (const auto& stream : queued) finish(stream, Cancelled{CancelCause::kDaemonStopping});
   threads_.clear();  // joins
   publishStatus();
   endpoint_.flush(2s);
@@ -107,10 +133,10 @@ void Runtime::stop() {
 
 // Requests, on the endpoint's threads.
 
-Runtime::CellRoute Runtime::route(const std::string& cell, std::uint64_t& revision) const {
-  for (const CellInfo& info : service_.cells()) {
-    if (info.name != cell) continue;
-    revision = info.revision;
+Runtime::CellRoute Runtime::route(const std::string& cell, CellInfo& info) const {
+  for (CellInfo& ours : service_.cells()) {
+    if (ours.name != cell) continue;
+    info = std::move(ours);
     return CellRoute::kOurs;
   }
   // Of the daemons that are there, the one of lowest id answers for a cell that none of them has.
@@ -120,19 +146,28 @@ Runtime::CellRoute Runtime::route(const std::string& cell, std::uint64_t& revisi
   return CellRoute::kNobodys;
 }
 
-bool Runtime::firstTime(const RequestId& id) {
-  const std::lock_guard lock(mutex_);
-  return known_.insert(id).second;
+bool Runtime::firstTime(const PlanRequest& request) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (known_.insert(request.id).second) return true;
+    if (std::find(answered_.begin(), answered_.end(), request.id) == answered_.end()) return false;
+    ++counters_.rejected;
+    changed_ = true;
+  }
+  Stream again(endpoint_, request);
+  send(again, Rejected{RejectionReason::kAlreadyAnswered,
+                       {{"request_id", "was answered before: a new request needs a new id"}}});
+  return false;
 }
 
 void Runtime::onRequest(const PlanRequest& request) {
-  std::uint64_t revision = 0;
-  const CellRoute where = route(request.cell, revision);
-  if (where == CellRoute::kOthers || !firstTime(request.id)) return;
+  CellInfo cell;
+  const CellRoute where = route(request.cell, cell);
+  if (where == CellRoute::kOthers || !firstTime(request)) return;
 
   auto stream = std::make_shared<Stream>(endpoint_, request);
   if (where == CellRoute::kNobodys) {
-    reject(stream, "unknown_cell",
+    reject(stream, RejectionReason::kUnknownCell,
            {{"cell", "no daemon serves a cell named '" + request.cell + "'"}});
     return;
   }
@@ -148,12 +183,18 @@ void Runtime::onRequest(const PlanRequest& request) {
     }
   }
   if (full) {
-    reject(stream, "busy",
+    reject(stream, RejectionReason::kBusy,
            {{"",
              "the queue is full: " + std::to_string(settings_.queue_capacity) + " requests wait"}});
     return;
   }
-  stream->emit(Accepted{ahead, revision});
+  Accepted accepted;
+  accepted.daemon_id = settings_.id;
+  accepted.program_version = settings_.version;
+  accepted.scene_revision = cell.revision;
+  accepted.scene_hash = cell.scene_hash;
+  accepted.queue_place = ahead;
+  stream->emit(std::move(accepted));
   {
     // Only this thread adds to the queue, so there is still room.
     const std::lock_guard lock(mutex_);
@@ -166,38 +207,39 @@ void Runtime::onRequest(const PlanRequest& request) {
 
 void Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id,
                                const std::vector<Fault>& faults) {
-  if (!firstTime(id)) return;
   PlanRequest request;
   request.id = id;
   request.client_id = client_id;
-  reject(std::make_shared<Stream>(endpoint_, request), "bad_request", faults);
+  if (!firstTime(request)) return;
+  reject(std::make_shared<Stream>(endpoint_, request), RejectionReason::kBadRequest, faults);
 }
 
-void Runtime::onCancel(const RequestId& id) {
+void Runtime::onCancel(const RequestId& id, CancelCause cause) {
   StreamPtr queued;
   {
     const std::lock_guard lock(mutex_);
     const auto found = open_.find(id);
     if (found == open_.end()) return;
-    found->second->deadline.cancel();
+    found->second->cancel(cause);
     const auto waiting = std::find(queue_.begin(), queue_.end(), found->second);
     if (waiting != queue_.end()) {
       queued = *waiting;
       queue_.erase(waiting);
     }
   }
-  if (queued) finish(queued, Cancelled{});
+  if (queued) finish(queued, Cancelled{cause});
 }
 
-void Runtime::reject(const StreamPtr& stream, const std::string& reason,
-                     std::vector<Fault> faults) {
+void Runtime::reject(const StreamPtr& stream, RejectionReason reason, std::vector<Fault> faults) {
   finish(stream, Rejected{reason, std::move(faults)});
 }
 
 // Answers.
 
 void Runtime::finish(const StreamPtr& stream, Outcome outcome) {
-  const std::string text = describe(outcome);
+  if (auto* cancelled = std::get_if<Cancelled>(&outcome)) {
+    *cancelled = stream->cancelled(*cancelled);
+  }
   {
     // Counted before it is sent: who has the outcome may ask for the counters.
     const std::lock_guard lock(mutex_);
@@ -213,15 +255,21 @@ void Runtime::finish(const StreamPtr& stream, Outcome outcome) {
     }
     changed_ = true;
   }
-  try {
-    stream->emit(std::move(outcome));
-  } catch (const std::logic_error& error) {
-    logger("runtime")->error("request {}: {}", stream->request.id.hex(), error.what());
-    stream->emit(failed(FailureReason::kInternal, "runtime", "the outcome cannot be sent"));
-  }
-  logger("runtime")->info("request {} of {}: {}, {:.1f} ms", stream->request.id.hex(),
-                          stream->request.client_id, text, 1e3 * stream->elapsed());
+  send(*stream, std::move(outcome));
   report_.notify_one();
+}
+
+void Runtime::send(Stream& stream, Outcome outcome) {
+  const std::string text = textOf(outcome);
+  const std::string id = stream.request.id.hex();
+  try {
+    stream.emit(std::move(outcome));
+  } catch (const std::logic_error& error) {
+    logger("runtime")->error("request {}: {}", id, error.what());
+    stream.emit(failed(FailureReason::kInternal, "runtime", "The outcome cannot be sent."));
+  }
+  logger("runtime")->info("request {} of {}: {}, {:.1f} ms", id, stream.request.client_id, text,
+                          1e3 * stream.elapsed());
 }
 
 Outcome Runtime::answer(Stream& stream) {
@@ -229,7 +277,7 @@ Outcome Runtime::answer(Stream& stream) {
     case Deadline::State::kCancelled:
       return Cancelled{};
     case Deadline::State::kPassed:
-      return failed(FailureReason::kDeadline, "queue", "the deadline passed in the queue");
+      return failed(FailureReason::kDeadline, "queue", "The deadline passed in the queue.");
     case Deadline::State::kOpen:
       break;
   }
@@ -265,7 +313,7 @@ void Runtime::expireQueued() {
     }
   }
   for (const auto& stream : late) {
-    finish(stream, failed(FailureReason::kDeadline, "queue", "the deadline passed in the queue"));
+    finish(stream, failed(FailureReason::kDeadline, "queue", "The deadline passed in the queue."));
   }
 }
 
@@ -274,6 +322,7 @@ void Runtime::publishStatus() {
   status.id = settings_.id;
   status.version = settings_.version;
   status.cells = service_.cells();
+  status.memory_bytes = residentBytes();
   {
     const std::lock_guard lock(mutex_);
     changed_ = false;

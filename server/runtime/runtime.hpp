@@ -24,7 +24,7 @@ namespace handover {
 struct RuntimeSettings {
   int threads = 1;                  ///< workers, at least 1
   std::size_t queue_capacity = 64;  ///< requests waiting; more are rejected as busy
-  std::size_t remembered = 4096;    ///< ids of answered requests that stay answered once
+  std::size_t remembered = 4096;    ///< ids of answered requests, rejected when they come again
   DaemonId id{};
   std::string version;
   /// Called once, from the preparing thread, when prepare() threw; requests fail from then on.
@@ -50,7 +50,7 @@ class Runtime : public RequestHandler {
   void onRequest(const PlanRequest& request) override;
   void onInvalidRequest(const RequestId& id, const std::string& client_id,
                         const std::vector<Fault>& faults) override;
-  void onCancel(const RequestId& id) override;
+  void onCancel(const RequestId& id, CancelCause cause) override;
 
  private:
   using Clock = Deadline::Clock;
@@ -58,10 +58,13 @@ class Runtime : public RequestHandler {
   using StreamPtr = std::shared_ptr<Stream>;
 
   enum class CellRoute { kOurs, kOthers, kNobodys };
-  CellRoute route(const std::string& cell, std::uint64_t& revision) const;
-  bool firstTime(const RequestId& id);
-  void reject(const StreamPtr& stream, const std::string& reason, std::vector<Fault> faults);
+  CellRoute route(const std::string& cell, CellInfo& info) const;
+  /// Takes an id that is new; true then. One that was answered is rejected, one that is being
+  /// answered needs no second answer.
+  bool firstTime(const PlanRequest& request);
+  void reject(const StreamPtr& stream, RejectionReason reason, std::vector<Fault> faults);
   void finish(const StreamPtr& stream, Outcome outcome);
+  void send(Stream& stream, Outcome outcome);
   Outcome answer(Stream& stream);
   void expireQueued();
   void publishStatus();
@@ -80,7 +83,7 @@ class Runtime : public RequestHandler {
   std::condition_variable report_;  // something to report, a new deadline, or stopping
   std::deque<StreamPtr> queue_;
   std::map<RequestId, StreamPtr> open_;
-  std::set<RequestId> known_;       // open and remembered
+  std::set<RequestId> known_;       // being answered and remembered
   std::deque<RequestId> answered_;  // remembered, oldest first
   OutcomeCounters counters_;
   std::uint32_t running_ = 0;

@@ -2,7 +2,7 @@
 // Keeps what planning emits.
 #pragma once
 
-#include "core/planning/planner.hpp"
+#include "core/planning/plan_event_sink.hpp"
 
 #include <vector>
 

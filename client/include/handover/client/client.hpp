@@ -29,7 +29,7 @@ class ClientError : public std::runtime_error {
     kNoDaemon,     ///< nobody there, or nobody took the request, within `wait`
     kDaemonLost,   ///< the daemon went away during the request and did not come back within `wait`
     kInterrupted,  ///< interrupt() was called
-    kBadStream,    ///< the daemon sent what cannot be read, or a stage is missing
+    kBadStream,    ///< the daemon sent what cannot be read, or an event is missing
     kDds,          ///< the middleware failed
   };
 
@@ -41,14 +41,19 @@ class ClientError : public std::runtime_error {
   Code code_;
 };
 
-/// Called for every stage in order, from the client's own thread; must not call Client::plan().
+/// Called for every event in order, from the client's own thread; must not call Client::plan().
 using OnEvent = std::function<void(const PlanEvent&)>;
+
+/// Called when another answer to the same request begins, as of a daemon that came back: the events
+/// before it are void, the next one has sequence 0. From the client's own thread.
+using OnRestart = std::function<void()>;
 
 /// A request on its way. Copies are the same request.
 class PlanHandle {
  public:
   RequestId id() const;
-  /// Waits for the outcome; every stage was delivered before. @throws ClientError.
+  /// Waits for the outcome; every event was delivered before. @throws ClientError, and whatever
+  /// left a callback of this request, which ends it.
   Outcome wait() const;
   /// True when wait() would not wait after at most this time.
   bool waitFor(std::chrono::milliseconds most) const;
@@ -56,9 +61,12 @@ class PlanHandle {
   void cancel() const;
   /// From the write of the request to the arrival of its outcome. After wait() only.
   std::chrono::duration<double> answerTime() const;
-  /// From the write of the request to the arrival of the last stage of the first whole plan;
-  /// nullopt if none came. After wait() only.
+  /// From the write of the request to the arrival of the last stage of the first whole plan of the
+  /// answer that ended; nullopt if none came. After wait() only.
   std::optional<std::chrono::duration<double>> firstPlanTime() const;
+  /// From the write of the request to the arrival of the reason why there is no plan; nullopt if it
+  /// did not fail. After wait() only.
+  std::optional<std::chrono::duration<double>> failureTime() const;
 
  private:
   friend class Client;
@@ -79,9 +87,10 @@ class Client {
   const std::string& clientId() const;
 
   /// Sends a request and waits until a daemon took it. An empty id gets a random one; client_id is
-  /// filled in. A request beyond the wire's bounds is rejected here, as the daemon would. @throws
-  /// ClientError.
-  PlanHandle plan(PlanRequest request, OnEvent on_stage = {});
+  /// filled in. A request beyond the wire's bounds is rejected here, as the daemon would. An answer
+  /// is one daemon's: where another one begins, what came before is dropped and `on_restart` told.
+  /// @throws ClientError.
+  PlanHandle plan(PlanRequest request, OnEvent on_event = {}, OnRestart on_restart = {});
 
   /// Cancels any request of the domain by its id.
   void cancel(const RequestId& id);
@@ -92,9 +101,10 @@ class Client {
   /// True while a daemon is announced; does not wait.
   bool daemonThere() const;
 
-  /// Delivers stages of all requests in the domain from now on, and those that daemons still keep,
-  /// until the client is gone. Once.
-  void watch(OnEvent on_stage);
+  /// Delivers events of all requests in the domain from now on, and those that daemons still keep,
+  /// until the client is gone. A request may have several answers, told apart by answer_id. Once;
+  /// `on_event` must not throw.
+  void watch(OnEvent on_event);
 
   /// Ends the waiting in plan() and daemons(), now and later, with kInterrupted; but a request that
   /// a daemon has taken has its handle.
