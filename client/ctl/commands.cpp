@@ -224,6 +224,9 @@ int writeProducts(const CommonOptions& common, const client::Answer& answer,
 }  // namespace
 
 int runPlan(const CommonOptions& common, const PlanOptions& options) {
+  if (!options.html.empty() && !view::hasPages()) {
+    return fail(common, kExitConfiguration, view::kNoPages);
+  }
   // Opened before the daemon is asked: a plan that cannot be kept need not be made.
   const std::vector<Product> products = productsOf(options);
   std::deque<OutputFile> files;
@@ -279,6 +282,9 @@ int runView(const CommonOptions& common, const ViewOptions& options) {
   OutputFile output(options.output);
   if (!output.writable()) {
     return fail(common, kExitConfiguration, "cannot write " + options.output);
+  }
+  if (view::isPage(options.output) && !view::hasPages()) {
+    return fail(common, kExitConfiguration, view::kNoPages);
   }
   try {
     const std::string text = client::readPlanText(options.plan);

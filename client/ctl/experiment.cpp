@@ -6,6 +6,7 @@
 #include "experiment_page.hpp"
 #include "output_file.hpp"
 #include "verify_program.hpp"
+#include "view/page.hpp"
 
 #include <handover/client/answer.hpp>
 
@@ -439,6 +440,9 @@ PageExtras extrasOf(const ExperimentRecord& record) {
 }  // namespace
 
 int runExperiment(const CommonOptions& common, const ExperimentOptions& options) {
+  if (!options.html.empty() && !view::hasPages()) {
+    return fail(common, kExitConfiguration, view::kNoPages);
+  }
   // Opened before the daemon is asked: what cannot be kept need not be planned.
   std::optional<OutputFile> output, html;
   for (const auto& [path, file] :

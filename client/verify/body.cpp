@@ -47,24 +47,28 @@ struct Parts {
 void collect(const PlacedGeometry& placed, const Pose& X_above, const MeshSource& meshes,
              Parts& parts) {
   const Pose X_BS = X_above * placed.X_BS;
-  const auto add = [&](Mesh mesh, bool flat) {
+  const auto add = [&](Mesh mesh, std::optional<Shell::Round> round = std::nullopt) {
     mesh.transform(X_BS);
     parts.cover.append(mesh);
-    if (flat) parts.flat.append(mesh);
-    for (Shell& shell : shellsOf(mesh)) parts.shells.push_back(std::move(shell));
+    if (!round) parts.flat.append(mesh);
+    for (Shell& shell : shellsOf(mesh)) {
+      shell.round = round;
+      parts.shells.push_back(std::move(shell));
+    }
   };
   std::visit(
       [&](const auto& shape) {
         using Type = std::decay_t<decltype(shape)>;
         if constexpr (std::is_same_v<Type, Box>) {
-          add(boxMesh(shape.size), true);
+          add(boxMesh(shape.size));
         } else if constexpr (std::is_same_v<Type, MeshFile>) {
-          for (Mesh& mesh : meshes(shape)) add(std::move(mesh), true);
+          for (Mesh& mesh : meshes(shape)) add(std::move(mesh));
         } else if constexpr (std::is_same_v<Type, Sphere>) {
-          add(sphereMesh(shape.radius), false);
+          add(sphereMesh(shape.radius), Shell::Round{X_BS, shape.radius, 0});
           parts.curved.push_back({std::make_unique<fcl::Sphered>(shape.radius), X_BS});
         } else if constexpr (std::is_same_v<Type, Cylinder>) {
-          add(cylinderMesh(shape.radius, shape.length), false);
+          add(cylinderMesh(shape.radius, shape.length),
+              Shell::Round{X_BS, shape.radius, shape.length});
           parts.curved.push_back(
               {std::make_unique<fcl::Cylinderd>(shape.radius, shape.length), X_BS});
         } else {
@@ -168,6 +172,94 @@ Clearance clearance(const Body& a, const Pose& X_WA, const Body& b, const Pose& 
   return {surfacesMeet(a.data(), X_WA, b.data(), X_WB) || within(a, X_WA, b, X_WB) ||
               within(b, X_WB, a, X_WA),
           0};
+}
+
+namespace {
+
+constexpr double kSampleSpacing = 1e-3;  // [m] on a surface that is in the other body
+constexpr int kMostSteps = 24;           // of samples along the edge of a clipped piece
+using Polygon = std::vector<Eigen::Vector3d>;
+
+/// What of the polygon lies on one side of a plane: axis `k` of the points at most (or at least) at
+/// `bound`.
+Polygon clipped(const Polygon& polygon, int k, double bound, double sign) {
+  Polygon result;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector3d& p = polygon[i];
+    const Eigen::Vector3d& next = polygon[(i + 1) % polygon.size()];
+    const double here = sign * (bound - p[k]), there = sign * (bound - next[k]);
+    if (here >= 0) result.push_back(p);
+    if ((here > 0 && there < 0) || (here < 0 && there > 0)) {
+      result.push_back(p + here / (here - there) * (next - p));
+    }
+  }
+  return result;
+}
+
+Polygon clipped(Polygon polygon, const Eigen::AlignedBox3d& box) {
+  for (int k = 0; k < 3 && !polygon.empty(); ++k) {
+    polygon = clipped(polygon, k, box.max()[k], 1);
+    if (!polygon.empty()) polygon = clipped(polygon, k, box.min()[k], -1);
+  }
+  return polygon;
+}
+
+/// The deepest in `outer` of points on the surface of `inner`.
+void deepen(const Body& inner, const Body& outer, const Pose& X_OI, double enough,
+            double& deepest) {
+  const auto look = [&](const Eigen::Vector3d& p_O) {
+    for (const Shell& shell : outer.shells()) {
+      if (shell.contains(p_O)) deepest = std::max(deepest, shell.depth(p_O));
+    }
+  };
+  const Pose X_IO = X_OI.inverse();
+  for (const Shell& part : inner.shells()) {
+    for (const Triangle& t : part.mesh.triangles) {
+      Polygon piece;
+      for (const int corner : t) {
+        piece.push_back(X_OI * part.mesh.vertices[static_cast<std::size_t>(corner)]);
+      }
+      piece = clipped(std::move(piece), outer.box());
+      for (std::size_t i = 2; i < piece.size(); ++i) {
+        const Eigen::Vector3d a = piece[i - 1] - piece[0], b = piece[i] - piece[0];
+        const double longest = std::max({a.norm(), b.norm(), (a - b).norm()});
+        const int steps =
+            std::clamp(static_cast<int>(std::ceil(longest / kSampleSpacing)), 1, kMostSteps);
+        for (int m = 0; m <= steps; ++m) {
+          for (int n = 0; m + n <= steps; ++n) {
+            const Eigen::Vector3d p_O = piece[0] + a * m / steps + b * n / steps;
+            look(part.round ? X_OI * part.onSurface(X_IO * p_O) : p_O);
+            if (deepest > enough) return;
+          }
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+double depthAtLeast(const Body& a, const Pose& X_WA, const Body& b, const Pose& X_WB,
+                    double enough) {
+  double deepest = 0;
+  const Pose X_BA = X_WB.inverse() * X_WA;
+  deepen(a, b, X_BA, enough, deepest);
+  if (deepest <= enough) deepen(b, a, X_BA.inverse(), enough, deepest);
+  return deepest;
+}
+
+bool partedBy(const Body& a, const Pose& X_WA, const Body& b, const Pose& X_WB, double distance) {
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) {
+        if (x == 0 && y == 0 && z == 0) continue;
+        Pose X_WMoved = X_WB;
+        X_WMoved.translation() += distance * Eigen::Vector3d(x, y, z).normalized();
+        if (!clearance(a, X_WA, b, X_WMoved, distance).touching) return true;
+      }
+    }
+  }
+  return false;
 }
 
 }  // namespace handover::verify

@@ -53,4 +53,12 @@ struct Clearance {
 /// Looks closer than boxes around the bodies only when those are nearer than `near`.
 Clearance clearance(const Body& a, const Pose& X_WA, const Body& b, const Pose& X_WB, double near);
 
+/// How deep the deepest of many points of one body's surface is in the other: never more than the
+/// true depth, and less by about half a millimetre at most. Stops above `enough`.
+double depthAtLeast(const Body& a, const Pose& X_WA, const Body& b, const Pose& X_WB,
+                    double enough);
+
+/// Whether moving `b` by `distance` in one of 26 directions parts the two.
+bool partedBy(const Body& a, const Pose& X_WA, const Body& b, const Pose& X_WB, double distance);
+
 }  // namespace handover::verify

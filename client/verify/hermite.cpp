@@ -1,42 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "verify/hermite.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 namespace handover::verify {
+namespace {
 
-HermiteCubic::HermiteCubic(double h, double q0, double qd0, double q1, double qd1) : h_(h) {
-  const double slope = (q1 - q0) / h;
-  a_ = (qd0 + qd1 - 2 * slope) / (h * h);
-  b_ = (3 * slope - 2 * qd0 - qd1) / h;
-  c_ = qd0;
-  d_ = q0;
+/// @return the Bernstein coefficients of q - q(0).
+std::array<double, 6> changeOf(double h, const JointSample& a, const JointSample& b) {
+  const double end = b.q - a.q;
+  return {0,
+          h / 5 * a.qd,
+          2 * h / 5 * a.qd + h * h / 20 * a.qdd,
+          end - 2 * h / 5 * b.qd + h * h / 20 * b.qdd,
+          end - h / 5 * b.qd,
+          end};
 }
 
-std::vector<double> HermiteCubic::positionExtremes() const {
-  std::vector<double> at = {0, h_};
-  // Roots of 3a s² + 2b s + c, by the form that does not cancel.
-  const double discriminant = b_ * b_ - 3 * a_ * c_;
-  if (discriminant < 0) return at;
-  const double k = -(b_ + std::copysign(std::sqrt(discriminant), b_));
-  for (const double root : {k / (3 * a_), c_ / k}) {
-    if (std::isfinite(root) && root > 0 && root < h_) at.push_back(root);
-  }
-  return at;
+}  // namespace
+
+HermiteQuintic::HermiteQuintic(double h, const JointSample& a, const JointSample& b)
+    : c_{}, change_(0, h, changeOf(h, a, b)) {
+  // What is left to do for the three upper powers once the first sample is met.
+  const double dq = b.q - (a.q + h * (a.qd + h / 2 * a.qdd));
+  const double dv = h * (b.qd - (a.qd + h * a.qdd));
+  const double da = h * h * (b.qdd - a.qdd);
+  c_[0] = a.q;
+  c_[1] = a.qd;
+  c_[2] = a.qdd / 2;
+  c_[3] = (10 * dq - 4 * dv + da / 2) / (h * h * h);
+  c_[4] = (-15 * dq + 7 * dv - da) / (h * h * h * h);
+  c_[5] = (6 * dq - 3 * dv + da / 2) / (h * h * h * h * h);
 }
 
-std::vector<double> HermiteCubic::velocityExtremes() const {
-  std::vector<double> at = {0, h_};
-  const double vertex = -b_ / (3 * a_);
-  if (std::isfinite(vertex) && vertex > 0 && vertex < h_) at.push_back(vertex);
-  return at;
+double HermiteQuintic::position(double s) const {
+  return c_[0] + s * (c_[1] + s * (c_[2] + s * (c_[3] + s * (c_[4] + s * c_[5]))));
 }
 
-double HermiteCubic::topSpeed() const {
-  double top = 0;
-  for (const double s : velocityExtremes()) top = std::max(top, std::abs(velocity(s)));
-  return top;
+double HermiteQuintic::velocity(double s) const {
+  return c_[1] + s * (2 * c_[2] + s * (3 * c_[3] + s * (4 * c_[4] + s * 5 * c_[5])));
 }
 
 }  // namespace handover::verify

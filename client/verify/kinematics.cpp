@@ -83,26 +83,45 @@ void Kinematics::linkPoses(const std::vector<double>& q, std::vector<Pose>& X_WL
   }
 }
 
-double Kinematics::manipulability(const Arm& arm, const std::vector<double>& q) const {
+Pose Kinematics::linkPose(int link, const std::vector<double>& q) const {
   const Robot& robot = data_->robot;
-  KDL::Chain chain;
-  if (!data_->tree.getChain(robot.links[static_cast<std::size_t>(arm.base_link)].name,
-                            robot.links[static_cast<std::size_t>(arm.tool_link)].name, chain)) {
-    throw std::logic_error("no chain from the arm's base to its tool");
+  KDL::Frame X_AL = KDL::Frame::Identity();  // A: the link that has been climbed to
+  for (int above = robot.links[static_cast<std::size_t>(link)].parent_joint; above >= 0;
+       above = robot.links[static_cast<std::size_t>(link)].parent_joint) {
+    const auto j = static_cast<std::size_t>(above);
+    X_AL = data_->segments[j].pose(q[j]) * X_AL;
+    link = robot.joints[j].parent;
   }
-  KDL::JntArray positions(chain.getNrOfJoints());
-  unsigned at = 0;
-  for (const KDL::Segment& segment : chain.segments) {
-    if (segment.getJoint().getType() == KDL::Joint::Fixed) continue;
-    positions(at++) = q[static_cast<std::size_t>(robot.findJoint(segment.getJoint().getName()))];
+  return toPose(data_->X_WB * X_AL);
+}
+
+double Kinematics::manipulability(int link, const std::vector<int>& joints,
+                                  const std::vector<double>& q) const {
+  const Robot& robot = data_->robot;
+  const std::vector<int> above = robot.jointsAbove(link);
+  Eigen::MatrixXd wanted = Eigen::MatrixXd::Zero(6, static_cast<Eigen::Index>(joints.size()));
+  if (!above.empty()) {
+    KDL::Chain chain;
+    if (!data_->tree.getChain(robot.links.front().name,
+                              robot.links[static_cast<std::size_t>(link)].name, chain)) {
+      throw std::logic_error("no chain from the root to the link");
+    }
+    KDL::JntArray positions(chain.getNrOfJoints());
+    for (std::size_t i = 0; i < above.size(); ++i) {
+      positions(static_cast<unsigned>(i)) = q[static_cast<std::size_t>(above[i])];
+    }
+    KDL::Jacobian jacobian(chain.getNrOfJoints());
+    KDL::ChainJntToJacSolver(chain).JntToJac(positions, jacobian);
+    for (std::size_t i = 0; i < above.size(); ++i) {
+      const Law law = robot.lawOf(static_cast<std::size_t>(above[i]));
+      const auto named = std::find(joints.begin(), joints.end(), static_cast<int>(law.master));
+      if (named == joints.end()) continue;
+      wanted.col(named - joints.begin()) +=
+          law.multiplier * jacobian.data.col(static_cast<Eigen::Index>(i));
+    }
   }
-  KDL::Jacobian jacobian(chain.getNrOfJoints());
-  KDL::ChainJntToJacSolver(chain).JntToJac(positions, jacobian);
-  // The smaller of the two: with fewer than six joints the other is singular everywhere.
-  const bool few = jacobian.data.cols() < 6;
-  const Eigen::MatrixXd gram = few ? Eigen::MatrixXd(jacobian.data.transpose() * jacobian.data)
-                                   : Eigen::MatrixXd(jacobian.data * jacobian.data.transpose());
-  return std::sqrt(std::max(0.0, gram.determinant()));
+  if (joints.size() < 6) return 0;
+  return std::sqrt(std::max(0.0, (wanted * wanted.transpose()).determinant()));
 }
 
 }  // namespace handover::verify

@@ -19,9 +19,14 @@ class Kinematics {
   /// X_WL of every link. @pre q has an entry for every joint of the robot (mimic ones filled in).
   void linkPoses(const std::vector<double>& q, std::vector<Pose>& X_WL) const;
 
-  /// Yoshikawa's manipulability sqrt(det(J Jᵀ)) of the arm's joints at the tool link; of fewer
-  /// than six joints sqrt(det(Jᵀ J)).
-  double manipulability(const Arm& arm, const std::vector<double>& q) const;
+  /// X_WL of one link, without the others. @pre as above.
+  Pose linkPose(int link, const std::vector<double>& q) const;
+
+  /// Yoshikawa's manipulability sqrt(det(J Jᵀ)) of the link's origin over these independent joints;
+  /// joints that follow one of them move with it, joints that do not move the link count nothing.
+  /// Zero with fewer than six joints.
+  double manipulability(int link, const std::vector<int>& joints,
+                        const std::vector<double>& q) const;
 
  private:
   struct Data;

@@ -35,6 +35,9 @@ int main(int argc, char** argv) {
   app.add_option("plan", plan, "plan file")->required();
   app.add_option("--root", root, "folder that the plan's paths are relative to");
   app.add_flag("--json", json, "one JSON object on standard output");
+  app.footer(
+      "Example: handover-verify plan.json --root /usr/share/handover\n"
+      "Exit codes: 0 valid, 1 invalid (a line for each violation), 2 unreadable or without a plan");
   app.set_version_flag("--version", std::string("handover-verify ") + HANDOVER_VERSION);
   try {
     app.parse(argc, argv);
@@ -46,7 +49,7 @@ int main(int argc, char** argv) {
     if (folder.empty()) {
       return unreadable("neither an installed share nor the repository found: give --root", json);
     }
-    const handover::verify::Report report = handover::verify::verifyPlan(plan, folder);
+    const handover::verify::Report report = handover::verify::verifyPlan(plan, folder, json);
     if (json) {
       std::cout << handover::verify::toJson(report) << "\n";
     } else if (report.valid()) {

@@ -8,8 +8,10 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <numeric>
@@ -183,7 +185,7 @@ Mesh cylinderMesh(double radius, double length) {
 }
 
 Mesh sphereMesh(double radius) {
-  constexpr int kRings = 24, kSides = 48;
+  constexpr int kRings = 48, kSides = 96;
   Mesh mesh;
   mesh.vertices.emplace_back(0, 0, 1);
   for (int ring = 1; ring < kRings; ++ring) {
@@ -224,6 +226,45 @@ bool Shell::contains(const Eigen::Vector3d& point) const {
   inside += oddCrossings(mesh, point, Eigen::Vector3d(-0.2588, 0.3188, 0.9118));
   inside += oddCrossings(mesh, point, Eigen::Vector3d(0.8622, -0.4336, -0.2620));
   return inside >= 2;
+}
+
+double Shell::depth(const Eigen::Vector3d& point) const {
+  if (round) {
+    const Eigen::Vector3d p_S = round->X_BS.inverse() * point;
+    if (round->length == 0) return std::max(0.0, round->radius - p_S.norm());
+    return std::max(
+        0.0, std::min(round->radius - p_S.head<2>().norm(), round->length / 2 - std::abs(p_S.z())));
+  }
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Triangle& t : mesh.triangles) {
+    const auto vertex = [&](int k) { return mesh.vertices[static_cast<std::size_t>(k)]; };
+    nearest = std::min(
+        nearest,
+        (point - nearestOnTriangle(point, vertex(t[0]), vertex(t[1]), vertex(t[2]))).squaredNorm());
+  }
+  return std::sqrt(nearest);
+}
+
+Eigen::Vector3d Shell::onSurface(const Eigen::Vector3d& point) const {
+  if (!round) return point;
+  Eigen::Vector3d p_S = round->X_BS.inverse() * point;
+  if (round->length == 0) {
+    p_S *= round->radius / p_S.norm();
+  } else if (const double r = p_S.head<2>().norm(); r > round->radius) {
+    p_S.head<2>() *= round->radius / r;
+  }
+  return round->X_BS * p_S;
+}
+
+Eigen::Vector3d Shell::normalAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const {
+  if (!round) return normal;
+  Eigen::Vector3d p_S = round->X_BS.inverse() * point;
+  if (round->length > 0) {
+    const bool cap = std::abs((round->X_BS.linear().transpose() * normal).z()) > 0.5;
+    if (cap) return normal;
+    p_S.z() = 0;
+  }
+  return round->X_BS.linear() * p_S.normalized();
 }
 
 std::vector<Shell> shellsOf(const Mesh& mesh) {

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 namespace handover::verify {
@@ -29,18 +30,32 @@ std::vector<Mesh> readMesh(const std::filesystem::path& file, const Eigen::Vecto
 Mesh boxMesh(const Eigen::Vector3d& size);
 /// Around the true shape, never inside it: off by 0.06 % of the radius.
 Mesh cylinderMesh(double radius, double length);
-/// Around the true shape, never inside it: off by at most 0.7 % of the radius.
+/// Around the true shape, never inside it: off by at most 0.2 % of the radius.
 Mesh sphereMesh(double radius);
 
 /// A connected piece of a mesh, its vertices welded and its triangles turned outwards where it is
 /// closed.
 struct Shell {
+  /// The sphere or cylinder that the triangles enclose.
+  struct Round {
+    Pose X_BS = Pose::Identity();
+    double radius = 0;
+    double length = 0;  ///< along z of S, centred; 0: a sphere
+  };
+
   Mesh mesh;
   bool closed = false;  ///< every edge has exactly two triangles
   Eigen::AlignedBox3d box;
+  std::optional<Round> round;
 
   /// Whether the point is in the solid that a closed shell bounds; false for an open one.
   bool contains(const Eigen::Vector3d& point) const;
+  /// How far a point inside is from the surface. @pre contains(point).
+  double depth(const Eigen::Vector3d& point) const;
+  /// A point of the triangles moved onto the true surface, where that is round.
+  Eigen::Vector3d onSurface(const Eigen::Vector3d& point) const;
+  /// The outward normal of the true surface at a point of a triangle whose normal is given.
+  Eigen::Vector3d normalAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
 };
 
 std::vector<Shell> shellsOf(const Mesh& mesh);

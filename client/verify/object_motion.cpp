@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "verify/advance.hpp"
 #include "verify/checks.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,8 +16,12 @@ constexpr double kJumpAngle = 0.01 * M_PI / 180;
 constexpr double kGoal = 1e-3;  // [m]
 constexpr double kGoalAngle = 0.5 * M_PI / 180;
 constexpr double kConstant = 1e-9;            // of X_LO, [m] and [rad]
-constexpr double kDexterityTolerance = 1e-6;  // relative
-constexpr int kStandstillSamples = 50;
+constexpr double kStillFineness = 0.05;       // of the tolerance, between two looks
+constexpr double kTiltTolerance = 0.01;       // [deg]
+constexpr double kTiltFineness = 0.01;        // [deg], between two looks
+constexpr double kDexterityTolerance = 1e-2;  // relative
+constexpr double kDexterityZero = 1e-6;       // what rounding leaves of zero
+constexpr double kDegree = M_PI / 180;
 
 std::string difference(const Pose& X_WA, const Pose& X_WB) {
   char buffer[64];
@@ -30,211 +34,309 @@ bool apart(const Pose& X_WA, const Pose& X_WB, double distance, double angle) {
   return translationBetween(X_WA, X_WB) > distance || rotationBetween(X_WA, X_WB) > angle;
 }
 
-class HoldCheck {
+class HoldingCheck {
  public:
-  HoldCheck(const Scene& scene, Report& report) : scene_(scene), report_(report) {}
-
-  bool run() {
-    bool sound = true;
-    for (int s = 0; s < kStages; ++s) {
-      if (giverHolds(s)) sound = holdsObject(s, scene_.giver, giver_) && sound;
-      if (receiverHolds(s)) sound = holdsObject(s, scene_.receiver, receiver_) && sound;
-      attachments(s);
-      nothingElse(s);
-    }
-    if (!sound) return false;
-    consistent(scene_.giver, *giver_, scene_.plan.X_OT_giver, kGiverLift);
-    consistent(scene_.receiver, *receiver_, scene_.plan.X_OT_receiver, kGiverRelease);
-    return true;
-  }
-
- private:
-  const PlanEvent& stage(int s) const { return scene_.plan.stages[static_cast<std::size_t>(s)]; }
-
-  const Hold* find(int s, const std::string& object, const std::string& robot) const {
-    for (const Hold& hold : stage(s).holding) {
-      if (hold.object == object && hold.robot == robot) return &hold;
-    }
-    return nullptr;
-  }
-
-  void violation(int s, const std::string& what) {
-    report_.violations.push_back({stage(s).kind, s, stage(s).start, "holding", what, {}});
-  }
-
-  /// O is held by a link that is rigid with the tool, always in the same way.
-  bool holdsObject(int s, const Party& party, std::optional<Hold>& held) {
-    const std::string& robot = scene_.plan.robots[static_cast<std::size_t>(party.robot)].name;
-    const Hold* hold = find(s, scene_.plan.object, robot);
-    if (!hold) {
-      violation(s, robot + " holds the object in this stage, but `holding` does not say so");
-      return false;
-    }
-    const Robot& model = scene_.robots[static_cast<std::size_t>(party.robot)];
-    const std::vector<int> groups = model.rigidGroups();
-    if (groups[static_cast<std::size_t>(model.findLink(hold->link))] !=
-        groups[static_cast<std::size_t>(party.arm.tool_link)]) {
-      violation(s, robot + "/" + hold->link + " is not rigid with the tool link");
-      return false;
-    }
-    if (!held) held = *hold;
-    if (hold->link != held->link || apart(hold->X_LO, held->X_LO, kConstant, kConstant)) {
-      violation(s, "the object's place in the hand of " + robot + " differs from the stage before");
-    }
-    return true;
-  }
-
-  void attachments(int s) {
-    for (const PlanObject& object : scene_.plan.objects) {
-      if (!object.attached_to || object.name == scene_.plan.object) continue;
-      const Attachment& attached = *object.attached_to;
-      const Hold* hold = find(s, object.name, attached.robot);
-      if (!hold) {
-        violation(s, attached.robot + " holds " + object.name + ", but `holding` does not say so");
-      } else if (hold->link != attached.link ||
-                 apart(hold->X_LO, attached.X_LO, kConstant, kConstant)) {
-        violation(s, "the hold of " + object.name + " differs from attached_to");
-      }
-    }
-  }
-
-  void nothingElse(int s) {
-    for (std::size_t h = 0; h < stage(s).holding.size(); ++h) {
-      const Hold& hold = stage(s).holding[h];
-      const auto& plan = scene_.plan;
-      const auto& object = plan.objects[static_cast<std::size_t>(plan.findObject(hold.object))];
-      bool lawful = false;
-      if (hold.object == plan.object) {
-        lawful = (hold.robot == plan.giver && giverHolds(s)) ||
-                 (hold.robot == plan.receiver && receiverHolds(s));
-      } else {
-        lawful = object.attached_to && object.attached_to->robot == hold.robot;
-      }
-      if (!lawful) violation(s, hold.robot + " does not hold " + hold.object + " in this stage");
-      for (std::size_t other = 0; other < h; ++other) {
-        if (stage(s).holding[other].object == hold.object &&
-            stage(s).holding[other].robot == hold.robot) {
-          violation(s, hold.robot + " is said to hold " + hold.object + " twice");
-        }
-      }
-    }
-  }
-
-  /// X_LO and X_OT are two ways of saying how the hand has O.
-  void consistent(const Party& party, const Hold& hold, const Pose& X_OT, int s) {
-    const auto robot = static_cast<std::size_t>(party.robot);
-    std::vector<Pose> X_WL;
-    scene_.kinematics[robot].linkPoses(scene_.q_start[robot], X_WL);
-    const auto link = static_cast<std::size_t>(scene_.robots[robot].findLink(hold.link));
-    const Pose X_LT = X_WL[link].inverse() * X_WL[static_cast<std::size_t>(party.arm.tool_link)];
-    const Pose X_LT_claimed = hold.X_LO * X_OT;
-    if (apart(X_LT, X_LT_claimed, kJump, kJumpAngle)) {
-      violation(s,
-                "X_LO and X_OT of " + hold.robot + " differ by " + difference(X_LT, X_LT_claimed));
-    }
-  }
-
-  const Scene& scene_;
-  Report& report_;
-  std::optional<Hold> giver_, receiver_;
-};
-
-class ObjectCheck {
- public:
-  ObjectCheck(const Motion& motion, Report& report) : motion_(motion), report_(report) {}
+  HoldingCheck(const Motion& motion, Report& report)
+      : motion_(motion), scene_(motion.scene()), report_(report) {}
 
   void run() {
-    const Plan& plan = motion_.scene().plan;
-    const double lifted = motion_.stage(kGiverLift).start;
-    compare(kGiverLift, lifted, motion_.objectByGiver(lifted), plan.X_WO_start, "object_jump",
-            "the giver's hand has the object away from X_WO_start by ");
-
-    standstill(kReceiverGrasp);
-    standstill(kGiverRelease);
-
-    const PlanEvent& place = motion_.stage(kReceiverPlace);
-    const Pose X_WO_end = motion_.objectByReceiver(place.end());
-    if (apart(X_WO_end, plan.X_WO_goal, kGoal, kGoalAngle)) {
-      add(kReceiverPlace, place.end(), "goal",
-          "the object ends away from the goal by " + difference(X_WO_end, plan.X_WO_goal));
-    }
-    // What is let go stays where it is only if nothing that it lies on moves away under it; that
-    // nothing touches it is a matter of collisions.
-    for (const std::string& rest : goalRests(motion_)) restStands(rest, place.end());
+    for (int s = 0; s < scene_.stageCount(); ++s) stage(s);
   }
 
  private:
-  void add(int s, double time, const char* kind, const std::string& what) {
-    report_.violations.push_back(
-        {stageName(s), s, time, kind, what, {motion_.scene().plan.object}});
+  void violation(int s, const std::string& what) {
+    report_.add({s, motion_.start(s), "holding", what, {}});
   }
 
-  void compare(int s, double time, const Pose& X_WO, const Pose& X_WO_wanted, const char* kind,
+  void stage(int s) {
+    std::vector<bool> lawful(scene_.stage(s).holding.size(), false);
+    for (int k = 0; k < scene_.holderCount(); ++k) {
+      const bool holds = motion_.holdBegins(k) <= motion_.start(s) + kTimeTolerance &&
+                         motion_.start(s) < motion_.holdEnds(k) - kTimeTolerance;
+      if (holds) heldBy(s, k, lawful);
+    }
+    for (const PlanObject& object : scene_.plan.objects) {
+      if (object.attached_to && object.name != scene_.plan.object) attached(s, object, lawful);
+    }
+    for (std::size_t h = 0; h < lawful.size(); ++h) {
+      if (lawful[h]) continue;
+      const Hold& hold = scene_.stage(s).holding[h];
+      violation(s, hold.robot + "/" + hold.link + " does not hold " + hold.object +
+                       " as this stage begins");
+    }
+  }
+
+  /// O hangs from a link that is rigid with the tool, as X_OT says.
+  void heldBy(int s, int k, std::vector<bool>& lawful) {
+    const Holder& holder = scene_.holder(k);
+    const PlanHolder& entry = scene_.planHolder(k);
+    const Robot& robot = scene_.robot(holder.robot);
+    const std::vector<int> groups = robot.rigidGroups();
+    for (std::size_t h = 0; h < lawful.size(); ++h) {
+      const Hold& hold = scene_.stage(s).holding[h];
+      const int link = hold.robot == entry.robot ? robot.findLink(hold.link) : -1;
+      if (lawful[h] || hold.object != scene_.plan.object || link < 0 ||
+          groups[static_cast<std::size_t>(link)] !=
+              groups[static_cast<std::size_t>(holder.tool_link)]) {
+        continue;
+      }
+      lawful[h] = true;
+      const Pose X_LT = linkToTool(k, link);
+      if (apart(hold.X_LO * entry.X_OT, X_LT, kJump, kJumpAngle)) {
+        violation(s, "X_LO of " + entry.robot + " differs from X_OT by " +
+                         difference(hold.X_LO * entry.X_OT, X_LT));
+      }
+      constant(s, k, hold);
+      return;
+    }
+    violation(s, entry.robot + "/" + entry.arm +
+                     " has the object as this stage begins, but `holding` does not say so");
+  }
+
+  Pose linkToTool(int k, int link) const {
+    const Holder& holder = scene_.holder(k);
+    const auto r = static_cast<std::size_t>(holder.robot);
+    const Kinematics& kinematics = scene_.kinematics[r];
+    return kinematics.linkPose(link, scene_.q_start[r]).inverse() *
+           kinematics.linkPose(holder.tool_link, scene_.q_start[r]);
+  }
+
+  /// The first stage that names a hold says how it is to the end.
+  void constant(int s, int k, const Hold& hold) {
+    const auto index = static_cast<std::size_t>(k);
+    if (first_.size() <= index) first_.resize(index + 1, nullptr);
+    if (!first_[index]) first_[index] = &hold;
+    if (hold.link != first_[index]->link ||
+        apart(hold.X_LO, first_[index]->X_LO, kConstant, kConstant)) {
+      violation(s, "the object's place in the hand of " + hold.robot + " is not what it was");
+    }
+  }
+
+  void attached(int s, const PlanObject& object, std::vector<bool>& lawful) {
+    const Attachment& attachment = *object.attached_to;
+    for (std::size_t h = 0; h < lawful.size(); ++h) {
+      const Hold& hold = scene_.stage(s).holding[h];
+      if (lawful[h] || hold.object != object.name || hold.robot != attachment.robot) continue;
+      lawful[h] = true;
+      if (hold.link != attachment.link || apart(hold.X_LO, attachment.X_LO, kConstant, kConstant)) {
+        violation(s, "the hold of " + object.name + " differs from attached_to");
+      }
+      return;
+    }
+    violation(s, attachment.robot + " holds " + object.name + ", but `holding` does not say so");
+  }
+
+  const Motion& motion_;
+  const Scene& scene_;
+  Report& report_;
+  std::vector<const Hold*> first_;  ///< per holder
+};
+
+class StateCheck {
+ public:
+  StateCheck(const Motion& motion, Report& report)
+      : motion_(motion), scene_(motion.scene()), report_(report) {}
+
+  void run() {
+    const Task& task = motion_.task();
+    const int first = task.of.front().grasp;
+    const double taken = motion_.holdBegins(0);
+    compare(first, taken, motion_.objectBy(0, taken), scene_.plan.start.X_WO,
+            "the first hand takes the object away from its start by ");
+    if (first >= 0) restsStand(scene_.plan.start.rest, 0, taken);
+    for (int k = 0; k < task.last(); ++k) handover(k);
+    goal();
+  }
+
+ private:
+  void violation(int s, double time, const std::string& what) {
+    report_.add({s, time, "state", what, {scene_.plan.object}});
+  }
+
+  bool compare(int s, double time, const Pose& X_WO, const Pose& X_WO_wanted,
                const std::string& what) {
-    if (apart(X_WO, X_WO_wanted, kJump, kJumpAngle)) {
-      add(s, time, kind, what + difference(X_WO, X_WO_wanted));
-    }
+    if (!apart(X_WO, X_WO_wanted, kJump, kJumpAngle)) return true;
+    violation(s, time, what + difference(X_WO, X_WO_wanted));
+    return false;
   }
 
-  /// At X_WO_handover throughout the stage, for both hands.
-  void standstill(int s) {
-    const PlanEvent& stage = motion_.stage(s);
-    const Pose& X_WO_handover = motion_.scene().plan.X_WO_handover;
-    for (int k = 0; k <= kStandstillSamples; ++k) {
-      const double time = stage.start + (stage.end() - stage.start) * k / kStandstillSamples;
-      const std::size_t before = report_.violations.size();
-      compare(s, time, motion_.objectByGiver(time), X_WO_handover, "handover",
-              "the giver's hand has the object away from X_WO_handover by ");
-      compare(s, time, motion_.objectByReceiver(time), X_WO_handover, "handover",
-              "the receiver's hand has the object away from X_WO_handover by ");
-      if (report_.violations.size() != before) return;  // once per stage is enough
+  /// Both hands have O at the handover pose, and it stays there until the first has let go.
+  void handover(int k) {
+    const HolderStages& gives = motion_.task().of[static_cast<std::size_t>(k)];
+    const HolderStages& takes = motion_.task().of[static_cast<std::size_t>(k) + 1];
+    const double from = motion_.start(takes.grasp), taken = motion_.end(takes.grasp),
+                 to = motion_.end(gives.release);
+    const Pose& X_WO = scene_.plan.handovers[static_cast<std::size_t>(k)];
+    const std::string name = "handover " + std::to_string(k);
+    if (!compare(takes.grasp, from, motion_.objectBy(k, from), X_WO,
+                 "the object is away from " + name + " by ")) {
+      return;
     }
+    compare(takes.grasp, taken, motion_.objectBy(k + 1, taken), X_WO,
+            "the hand that takes has the object away from " + name + " by ");
+    standsStill(k, from, to, gives.carry, "the hand that gives moves the object in " + name);
+    standsStill(k + 1, taken, to, takes.grasp, "the hand that takes moves the object in " + name);
   }
 
-  void restStands(const std::string& rest, double placed) {
-    const Plan& plan = motion_.scene().plan;
-    const int index = plan.findObject(rest);
-    const Pose X_WS = motion_.otherObjectAt(index, placed);
-    for (int s = 0; s < kStages; ++s) {
-      const double end = motion_.stage(s).end();
-      if (end <= placed) continue;
-      if (apart(motion_.otherObjectAt(index, end), X_WS, kJump, kJumpAngle)) {
-        add(s, end, "object_moved", rest + " moves with the object on it");
-        return;
+  /// O as the holder has it does not leave its pose at `from`.
+  void standsStill(int k, double from, double to, int stage, const std::string& what) {
+    if (!(to > from)) return;
+    const Holder& holder = scene_.holder(k);
+    const Pose X_WO = motion_.objectBy(k, from);
+    const Eigen::Vector3d p_TO = scene_.planHolder(k).X_OT.inverse().translation();
+    // One number for both: 1 is the tolerance.
+    const auto away = [&](double T) {
+      const Pose now = motion_.objectBy(k, T);
+      return std::max(translationBetween(now, X_WO) / kJump,
+                      rotationBetween(now, X_WO) / kJumpAngle);
+    };
+    const auto rate = [&](double a, double b) {
+      const Rates rates = motion_.ratesOf(holder.robot, holder.tool_link, p_TO, a, b);
+      return std::max(rates.point / kJump, rates.turn / kJumpAngle);
+    };
+    const auto found =
+        firstAbove(motion_.cutsOf(holder.robot, from, to), away, rate, 1.0, kStillFineness);
+    if (found) violation(stage, *found, what);
+  }
+
+  void goal() {
+    const int last = motion_.task().last();
+    const HolderStages& stages = motion_.task().of[static_cast<std::size_t>(last)];
+    const double placed =
+        motion_.task().ends_held ? motion_.end(stages.carry) : motion_.end(stages.place);
+    const int stage = motion_.task().ends_held ? stages.carry : stages.place;
+    const double let_go = motion_.task().ends_held ? motion_.end() : motion_.holdEnds(last);
+    const Pose X_WO = motion_.objectBy(last, let_go);
+    if (apart(X_WO, scene_.plan.goal.X_WO, kGoal, kGoalAngle)) {
+      violation(stage, let_go,
+                "the object ends away from the goal by " + difference(X_WO, scene_.plan.goal.X_WO));
+    }
+    standsStill(last, placed, let_go, stage, "the object is moved at the goal");
+    if (!motion_.task().ends_held) restsStand(scene_.plan.goal.rest, placed, motion_.end());
+  }
+
+  /// What O lies on does not go away under it.
+  void restsStand(const Rest& rest, double from, double to) {
+    if (!rest || !(to > from)) return;
+    for (const std::string& name : *rest) {
+      const int object = scene_.plan.findObject(name);
+      const auto& attached = scene_.planObject(object).attached_to;
+      if (!attached) continue;
+      const Pose X_WS = motion_.otherObjectAt(object, from);
+      const int robot = scene_.plan.findRobot(attached->robot);
+      for (const double T : motion_.cutsOf(robot, from, to)) {
+        if (!apart(motion_.otherObjectAt(object, T), X_WS, kJump, kJumpAngle)) continue;
+        violation(-1, T, name + " moves with the object on it");
+        break;
       }
     }
   }
 
   const Motion& motion_;
+  const Scene& scene_;
   Report& report_;
 };
 
+/// Angle between O's axis and world z [deg].
+double tiltOf(const Pose& X_WO, const Eigen::Vector3d& axis) {
+  const Eigen::Vector3d z = X_WO.linear() * axis;
+  return std::atan2(z.head<2>().norm(), z.z()) / kDegree;
+}
+
 }  // namespace
 
-bool checkHolds(const Scene& scene, Report& report) { return HoldCheck(scene, report).run(); }
+void checkHolding(const Motion& motion, Report& report) { HoldingCheck(motion, report).run(); }
 
-void checkObjectMotion(const Motion& motion, Report& report) { ObjectCheck(motion, report).run(); }
+void checkState(const Motion& motion, Report& report) { StateCheck(motion, report).run(); }
+
+double checkUpright(const Motion& motion, Report& report) {
+  const Scene& scene = motion.scene();
+  const auto& rule = scene.plan.upright;
+  const Eigen::Vector3d axis = rule ? rule->axis : Eigen::Vector3d::UnitZ();
+  const double lawful =
+      std::max(tiltOf(scene.plan.start.X_WO, axis), tiltOf(scene.plan.goal.X_WO, axis));
+  double most = 0;
+  for (int k = 0; k <= motion.task().last(); ++k) {
+    const int robot = scene.holder(k).robot;
+    const double from = motion.holdBegins(k);
+    const double to = std::min(motion.end(), motion.holdEnds(k));
+    if (!(to > from)) continue;
+    const std::vector<double> cuts = motion.cutsOf(robot, from, to);
+    const auto tilt = [&](double T) { return tiltOf(motion.objectBy(k, T), axis) - lawful; };
+    const auto rate = [&](double a, double b) {
+      return motion.ratesOf(robot, scene.holder(k).tool_link, {0, 0, 0}, a, b).turn / kDegree;
+    };
+    most = std::max(most, greatest(cuts, tilt, rate, kTiltFineness));
+    if (!rule) continue;
+    const auto found =
+        firstAbove(cuts, tilt, rate, rule->within_deg + kTiltTolerance, kTiltFineness);
+    if (!found) continue;
+    int stage = motion.task().of[static_cast<std::size_t>(k)].carry;
+    for (int s = 0; s < scene.stageCount(); ++s) {
+      if (scene.stage(s).holder == k && motion.start(s) <= *found && *found <= motion.end(s)) {
+        stage = s;
+      }
+    }
+    report.add(
+        {stage,
+         *found,
+         "upright",
+         "the object leans more than " + text(rule->within_deg) + " deg beyond its start and goal",
+         {scene.plan.object}});
+  }
+  return most;
+}
+
+double takeTime(const Motion& motion, int holder) {
+  const int grasp = motion.task().of[static_cast<std::size_t>(holder)].grasp;
+  return grasp < 0 ? 0 : motion.start(grasp);
+}
+
+double giveTime(const Motion& motion, int holder) {
+  const HolderStages& stages = motion.task().of[static_cast<std::size_t>(holder)];
+  return stages.release < 0 ? motion.end(stages.carry) : motion.start(stages.release);
+}
+
+namespace {
+
+double dexterityAt(const Motion& motion, int holder, double T) {
+  const Scene& scene = motion.scene();
+  const int robot = scene.holder(holder).robot;
+  const int carry = motion.task().of[static_cast<std::size_t>(holder)].carry;
+  std::vector<double> q;
+  motion.jointsAt(robot, T, q);
+  return scene.kinematics[static_cast<std::size_t>(robot)].manipulability(
+      scene.holder(holder).tool_link, scene.stage_joints[static_cast<std::size_t>(carry)], q);
+}
+
+}  // namespace
+
+double dexterityAtTake(const Motion& motion, int holder) {
+  return dexterityAt(motion, holder, takeTime(motion, holder));
+}
+
+double dexterityAtGive(const Motion& motion, int holder) {
+  return dexterityAt(motion, holder, giveTime(motion, holder));
+}
 
 void checkDexterity(const Motion& motion, Report& report) {
   const Scene& scene = motion.scene();
-  const auto check = [&](const char* name, double claimed, const Party& party, int s) {
-    const double time = motion.stage(s).end();
-    const double computed = scene.kinematics[static_cast<std::size_t>(party.robot)].manipulability(
-        party.arm, motion.jointsAt(party.robot, time));
-    // An arm with joints to spare in a plane has none at all, but for rounding.
-    constexpr double kZero = 1e-7;  // the square root of what rounding leaves of zero
-    if (std::abs(computed - claimed) >
-        kDexterityTolerance * std::max(std::abs(computed), std::abs(claimed)) + kZero) {
-      char what[128];
-      std::snprintf(what, sizeof what, "%s is given as %.9g, the configuration has %.9g", name,
-                    claimed, computed);
-      report.violations.push_back({stageName(s), s, time, "dexterity", what, {}});
+  const auto check = [&](int k, const char* name, double claimed, double computed, double time) {
+    if (std::abs(computed - claimed) <=
+        kDexterityTolerance * std::max(std::abs(computed), std::abs(claimed)) + kDexterityZero) {
+      return;
     }
+    report.add({motion.task().of[static_cast<std::size_t>(k)].carry,
+                time,
+                "dexterity",
+                std::string(name) + " of holder " + std::to_string(k) + " is given as " +
+                    text(claimed) + ", the posture has " + text(computed),
+                {}});
   };
-  check("giver_pick", scene.plan.giver_pick, scene.giver, kGiverApproach);
-  check("giver_handover", scene.plan.giver_handover, scene.giver, kGiverTransfer);
-  check("receiver_handover", scene.plan.receiver_handover, scene.receiver, kReceiverApproach);
-  check("receiver_place", scene.plan.receiver_place, scene.receiver, kReceiverPlace);
+  for (int k = 0; k < scene.holderCount(); ++k) {
+    check(k, "take", scene.planHolder(k).take, dexterityAtTake(motion, k), takeTime(motion, k));
+    check(k, "give", scene.planHolder(k).give, dexterityAtGive(motion, k), giveTime(motion, k));
+  }
 }
 
 }  // namespace handover::verify

@@ -23,7 +23,8 @@ constexpr std::size_t kMaxNameLength = 256;
 constexpr std::size_t kMaxRobots = 16;
 constexpr std::size_t kMaxObjects = 1000;
 constexpr std::size_t kMaxJoints = 256;
-constexpr std::size_t kMaxStages = 64;
+constexpr std::size_t kMaxStages = 128;
+constexpr std::size_t kMaxHolders = 16;
 constexpr std::size_t kMaxSamples = 200'000;
 constexpr std::size_t kMaxPairs = 10'000;
 constexpr std::size_t kMaxParts = 4096;
@@ -205,13 +206,38 @@ std::string hexDigits(const Field& field, std::size_t length) {
   return text;
 }
 
+std::string bodyName(const Field& field) {
+  auto result = field.name();
+  if (result.find('/') != std::string::npos) field.fail("must not hold a slash");
+  return result;
+}
+
+ClaimedLimits limitsOf(const Field& entry) {
+  const auto v = entry.array(5);
+  if (v.size() != 5) entry.fail("expected [lower, upper, velocity, acceleration, jerk]");
+  ClaimedLimits result;
+  if (!v[0].value().is_null()) result.lower = v[0].number();
+  if (!v[1].value().is_null()) result.upper = v[1].number();
+  if (result.lower && result.upper && *result.lower > *result.upper) {
+    entry.fail("lower above upper");
+  }
+  result.velocity = v[2].number();
+  result.acceleration = v[3].number();
+  result.jerk = v[4].number();
+  if (result.velocity < 0 || result.acceleration < 0 || result.jerk < 0) {
+    entry.fail("negative limit");
+  }
+  return result;
+}
+
 PlanRobot robot(const Field& field) {
   PlanRobot result;
-  result.name = field.at("name").name();
-  if (result.name.find('/') != std::string::npos) field.at("name").fail("must not hold a slash");
+  result.name = bodyName(field.at("name"));
   result.urdf = relativePath(field.at("urdf"));
   result.urdf_sha256 = hexDigits(field.at("urdf_sha256"), 64);
   result.srdf = relativePath(field.at("srdf"));
+  result.yaml = relativePath(field.at("yaml"));
+  result.yaml_sha256 = hexDigits(field.at("yaml_sha256"), 64);
   result.X_WB = pose(field.at("X_WB"));
   const Field q_start = field.at("q_start");
   if (q_start.object().size() > kMaxJoints) q_start.fail("too many joints");
@@ -221,12 +247,7 @@ PlanRobot robot(const Field& field) {
   const Field limits = field.at("limits");
   if (limits.object().size() > kMaxJoints) limits.fail("too many joints");
   for (const auto& [joint, value] : limits.object().items()) {
-    const Field entry(value, limits.pointer() + "/" + joint);
-    const auto v = numbers(entry, 4);
-    if (v.size() != 4) entry.fail("expected [lower, upper, velocity, acceleration]");
-    if (v[0] > v[1]) entry.fail("lower above upper");
-    if (v[2] < 0 || v[3] < 0) entry.fail("negative limit");
-    result.limits[joint] = {v[0], v[1], v[2], v[3]};
+    result.limits[joint] = limitsOf(Field(value, limits.pointer() + "/" + joint));
   }
   result.resting = namePairs(field.at("resting"));
   return result;
@@ -234,8 +255,7 @@ PlanRobot robot(const Field& field) {
 
 PlanObject object(const Field& field) {
   PlanObject result;
-  result.name = field.at("name").name();
-  if (result.name.find('/') != std::string::npos) field.at("name").fail("must not hold a slash");
+  result.name = bodyName(field.at("name"));
   std::size_t parts = 0;
   result.geometry = geometry(field.at("geometry"), 0, parts);
   result.X_WO = pose(field.at("X_WO"));
@@ -249,11 +269,81 @@ PlanObject object(const Field& field) {
   return result;
 }
 
-int wholeNumber(const Field& field) {
-  if (!field.value().is_number_integer() || field.value() > static_cast<std::int64_t>(1'000'000) ||
-      field.value() < 0) {
+Rest rest(const Field& field) {
+  if (field.value().is_string()) {
+    if (field.text() != "none") field.fail("expected object names or \"none\"");
+    return std::nullopt;
+  }
+  return names(field, kMaxObjects);
+}
+
+PlanStart start(const Field& field) {
+  PlanStart result;
+  result.X_WO = pose(field.at("X_WO"));
+  const Field held = field.at("held_by");
+  if (!held.value().is_null()) {
+    const std::string name = held.name();
+    const auto slash = name.find('/');
+    if (slash == std::string::npos) held.fail("expected robot/arm");
+    result.held_by = NamePair(name.substr(0, slash), name.substr(slash + 1));
+  }
+  result.rest = rest(field.at("rest"));
+  return result;
+}
+
+PlanGoal goal(const Field& field) {
+  PlanGoal result;
+  result.X_WO = pose(field.at("X_WO"));
+  const std::string end = field.at("end").text();
+  if (end != "release" && end != "hold") field.at("end").fail("expected release or hold");
+  result.release = end == "release";
+  result.rest = rest(field.at("rest"));
+  return result;
+}
+
+Eigen::Vector3d direction(const Field& field) {
+  const Eigen::Vector3d axis = vector3(field);
+  if (axis.norm() < 1e-6) field.fail("axis of no length");
+  return axis.normalized();
+}
+
+std::optional<UprightRule> upright(const Field& field) {
+  if (field.value().is_null()) return std::nullopt;
+  const UprightRule result{direction(field.at("axis")), field.at("within_deg").number()};
+  if (result.within_deg < 0) field.at("within_deg").fail("must not be negative");
+  return result;
+}
+
+PlanHolder holder(const Field& field) {
+  PlanHolder result;
+  result.robot = field.at("robot").name();
+  result.arm = field.at("arm").name();
+  result.tool_link = field.at("tool_link").name();
+  const std::string gripper = field.at("gripper").text();
+  const Field hand = field.at("hand");
+  if (gripper == "fingers") {
+    result.palm = hand.at("palm").name();
+    result.fingers = names(hand.at("fingers"), kMaxJoints);
+    if (result.fingers.empty()) hand.at("fingers").fail("empty");
+  } else if (gripper == "suction") {
+    result.suction = true;
+    result.cup_link = hand.at("cup_link").name();
+    result.axis = direction(hand.at("axis"));
+    hand.at("radius").positive();
+  } else {
+    field.at("gripper").fail("expected fingers or suction");
+  }
+  result.X_OT = pose(field.at("X_OT"));
+  result.take = field.at("dexterity").at("take").number();
+  result.give = field.at("dexterity").at("give").number();
+  return result;
+}
+
+int wholeNumber(const Field& field, std::size_t below) {
+  if (!field.value().is_number_integer() || field.value() < 0) {
     field.fail("expected a whole number from 0");
   }
+  if (field.value() >= below) field.fail("expected less than " + std::to_string(below));
   return field.value().get<int>();
 }
 
@@ -274,27 +364,84 @@ std::vector<std::vector<double>> rows(const Field& field, std::size_t samples, s
   return result;
 }
 
-PlanEvent stage(const Field& field) {
-  PlanEvent result;
-  result.index = wholeNumber(field.at("index"));
-  result.kind = field.at("kind").name();
+PlanStage stage(const Field& field, std::size_t stages, std::size_t holders) {
+  PlanStage result;
+  result.index = wholeNumber(field.at("index"), 1'000'000);
+  result.holder = wholeNumber(field.at("holder"), holders);
+  result.action = field.at("action").name();
   result.robot = field.at("robot").name();
   result.joints = names(field.at("joints"), kMaxJoints);
   std::set<std::string> seen;
   for (const std::string& joint : result.joints) {
     if (!seen.insert(joint).second) field.at("joints").fail("\"" + joint + "\" named twice");
   }
-  if (result.joints.empty()) field.at("joints").fail("empty");
   result.start = field.at("start").number();
   result.t = numbers(field.at("t"), kMaxSamples);
-  if (result.t.empty()) field.at("t").fail("empty");
   result.q = rows(field.at("q"), result.t.size(), result.joints.size());
   result.qd = rows(field.at("qd"), result.t.size(), result.joints.size());
+  result.qdd = rows(field.at("qdd"), result.t.size(), result.joints.size());
   for (const Field& hold : field.at("holding").array(kMaxObjects)) {
     result.holding.push_back({hold.at("object").name(), hold.at("robot").name(),
                               hold.at("link").name(), pose(hold.at("X_LO"))});
   }
   result.may_touch = namePairs(field.at("may_touch"));
+  for (const Field& edge : field.at("after").array(kMaxPairs)) {
+    const auto entries = edge.array(2);
+    if (entries.size() != 2) edge.fail("expected [stage index, progress]");
+    result.after.push_back({wholeNumber(entries[0], stages), entries[1].number()});
+  }
+  return result;
+}
+
+ClearanceClaim clearanceClaim(const Field& field) {
+  ClearanceClaim result;
+  result.between = field.at("between").text();
+  if (result.between != "furniture" && result.between != "robots" && result.between != "object") {
+    field.at("between").fail("expected furniture, robots or object");
+  }
+  result.least = field.at("least_m").number();
+  const Field stage = field.at("stage");
+  if (!stage.value().is_null()) result.stage = wholeNumber(stage, kMaxStages);
+  const Field pair = field.at("pair");
+  if (!pair.value().is_null()) {
+    const auto both = names(pair, 2);
+    if (both.size() != 2) pair.fail("expected two names");
+    result.pair = NamePair(both[0], both[1]);
+  }
+  return result;
+}
+
+std::optional<QualityClaim> quality(const Field& field, std::size_t holders) {
+  if (field.value().is_null()) return std::nullopt;
+  QualityClaim result;
+  result.duration = field.at("duration_s").number();
+  result.bound = field.at("bound_s").number();
+  result.object = field.at("object_s").number();
+  const Field idle = field.at("idle_s");
+  for (const auto& [robot, value] : idle.object().items()) {
+    result.idle[robot] = Field(value, idle.pointer() + "/" + robot).number();
+  }
+  for (const Field& entry : field.at("clearance").array(kMaxStages)) {
+    result.clearance.push_back(clearanceClaim(entry));
+  }
+  result.tilt_deg = field.at("tilt_deg").number();
+  const auto turn = numbers(field.at("object_turn_deg"), 2);
+  if (turn.size() != 2) field.at("object_turn_deg").fail("expected two numbers");
+  result.turn_deg = turn[0];
+  result.least_turn_deg = turn[1];
+  const Field margin = field.at("limit_margin");
+  if (!margin.value().is_null()) result.limit_margin = margin.number();
+  for (const Field& grip : field.at("grip").array(kMaxHolders)) {
+    wholeNumber(grip.at("holder"), holders);
+    grip.at("quality").number();
+    grip.at("of_best").number();
+  }
+  result.jerk_share = field.at("jerk_share").number();
+  field.at("cost").number();
+  const Field terms = field.at("terms");
+  for (const auto& [name, value] : terms.object().items()) {
+    Field(value, terms.pointer() + "/" + name).number();
+  }
   return result;
 }
 
@@ -306,35 +453,57 @@ void requireObject(const Plan& plan, const std::string& name, const std::string&
   if (plan.findObject(name) < 0) throw Unreadable(pointer, "unknown object \"" + name + "\"");
 }
 
-/// Names of robots and objects must be ones that the file defines; links and joints are looked up
-/// when the URDF is there.
-void checkNames(const Plan& plan) {
-  const std::string root = "/plan";
+void requireRest(const Plan& plan, const Rest& rest, const std::string& pointer) {
+  if (!rest) return;
+  for (const std::string& name : *rest) requireObject(plan, name, pointer);
+}
+
+std::string entry(const std::string& list, std::size_t index) {
+  return list + "/" + std::to_string(index);
+}
+
+void checkSceneNames(const Plan& plan) {
   std::set<std::string> robots, objects;
   for (std::size_t i = 0; i < plan.robots.size(); ++i) {
-    const std::string at = root + "/robots/" + std::to_string(i);
+    const std::string at = entry("/scene/robots", i);
     if (!robots.insert(plan.robots[i].name).second) throw Unreadable(at + "/name", "used twice");
     for (const auto& [link, name] : plan.robots[i].resting) {
       requireObject(plan, name, at + "/resting");
     }
   }
   for (std::size_t i = 0; i < plan.objects.size(); ++i) {
-    const PlanObject& entry = plan.objects[i];
-    const std::string at = root + "/objects/" + std::to_string(i);
-    if (!objects.insert(entry.name).second) throw Unreadable(at + "/name", "used twice");
-    for (const std::string& name : entry.resting) requireObject(plan, name, at + "/resting");
-    if (entry.attached_to) requireRobot(plan, entry.attached_to->robot, at + "/attached_to/robot");
+    const PlanObject& object = plan.objects[i];
+    const std::string at = entry("/scene/objects", i);
+    if (!objects.insert(object.name).second) throw Unreadable(at + "/name", "used twice");
+    for (const std::string& name : object.resting) requireObject(plan, name, at + "/resting");
+    if (object.attached_to) {
+      requireRobot(plan, object.attached_to->robot, at + "/attached_to/robot");
+    }
   }
-  requireObject(plan, plan.object, root + "/object");
-  requireRobot(plan, plan.giver, root + "/giver");
-  requireRobot(plan, plan.receiver, root + "/receiver");
+  requireObject(plan, plan.object, "/scene/object");
+  if (plan.start.held_by) requireRobot(plan, plan.start.held_by->first, "/scene/start/held_by");
+  requireRest(plan, plan.start.rest, "/scene/start/rest");
+  requireRest(plan, plan.goal.rest, "/scene/goal/rest");
+}
+
+/// Names of robots and objects must be ones that the file defines; links and joints are looked up
+/// when the URDF is there.
+void checkNames(const Plan& plan) {
+  checkSceneNames(plan);
+  for (std::size_t i = 0; i < plan.holders.size(); ++i) {
+    requireRobot(plan, plan.holders[i].robot, entry("/plan/holders", i) + "/robot");
+  }
   for (std::size_t i = 0; i < plan.stages.size(); ++i) {
-    const std::string at = root + "/stages/" + std::to_string(i);
+    const std::string at = entry("/plan/stages", i);
     requireRobot(plan, plan.stages[i].robot, at + "/robot");
     for (const Hold& hold : plan.stages[i].holding) {
       requireObject(plan, hold.object, at + "/holding");
       requireRobot(plan, hold.robot, at + "/holding");
     }
+  }
+  if (!plan.quality) return;
+  for (const auto& [robot, seconds] : plan.quality->idle) {
+    requireRobot(plan, robot, "/quality/idle_s");
   }
 }
 
@@ -357,6 +526,41 @@ Json parseJson(std::string_view text) {
   }
 }
 
+void readScene(const Field& field, Plan& plan) {
+  field.at("cell").text();
+  field.at("task").text();
+  if (!field.at("seed").value().is_number_unsigned()) {
+    field.at("seed").fail("expected a whole number from 0");
+  }
+  field.at("scene_hash").name();
+  plan.object = field.at("object").name();
+  for (const Field& entry : field.at("robots").array(kMaxRobots)) {
+    plan.robots.push_back(robot(entry));
+  }
+  for (const Field& entry : field.at("objects").array(kMaxObjects)) {
+    plan.objects.push_back(object(entry));
+  }
+  plan.start = start(field.at("start"));
+  plan.goal = goal(field.at("goal"));
+  plan.upright = upright(field.at("upright"));
+}
+
+void readMotions(const Field& field, Plan& plan) {
+  for (const Field& entry : field.at("holders").array(kMaxHolders)) {
+    plan.holders.push_back(holder(entry));
+  }
+  if (plan.holders.empty()) field.at("holders").fail("empty");
+  for (const Field& entry : field.at("handovers").array(kMaxHolders)) {
+    plan.handovers.push_back(pose(entry));
+  }
+  const auto stages = field.at("stages").array(kMaxStages);
+  for (const Field& entry : stages) {
+    plan.stages.push_back(stage(entry, stages.size(), plan.holders.size()));
+  }
+  plan.slack = field.at("slack_s").number();
+  if (plan.slack < 0) field.at("slack_s").fail("must not be negative");
+}
+
 }  // namespace
 
 int Plan::findRobot(std::string_view name) const { return findByName(robots, name); }
@@ -367,48 +571,18 @@ Plan parsePlan(std::string_view text) {
   const Json json = parseJson(text);
   const Field file(json, "");
   const std::string format = file.at("format").text();
-  if (format != "handover-plan/1") file.at("format").fail("unknown format \"" + format + "\"");
+  if (format != "handover-plan/2") file.at("format").fail("unknown format \"" + format + "\"");
   if (!file.at("complete").value().is_boolean()) file.at("complete").fail("expected true or false");
   file.at("timing").object();
   file.at("funnel").object();
-  if (const Field text_field = file.at("explanation"); !text_field.value().is_null()) {
-    text_field.object();
+  if (const Field explanation = file.at("explanation"); !explanation.value().is_null()) {
+    explanation.object();
   }
-
-  const Field field = file.at("plan");
   Plan plan;
-  plan.cell = field.at("cell").text();
-  plan.task = field.at("task").text();
-  if (!field.at("seed").value().is_number_unsigned()) {
-    field.at("seed").fail("expected a whole number from 0");
-  }
-  hexDigits(field.at("scene_hash"), 0);
-  plan.object = field.at("object").name();
-  plan.giver = field.at("giver").name();
-  plan.receiver = field.at("receiver").name();
-  plan.giver_arm = field.at("giver_arm").name();
-  plan.receiver_arm = field.at("receiver_arm").name();
-  plan.giver_tool_link = field.at("giver_tool_link").name();
-  plan.receiver_tool_link = field.at("receiver_tool_link").name();
-  for (const Field& entry : field.at("robots").array(kMaxRobots)) {
-    plan.robots.push_back(robot(entry));
-  }
-  for (const Field& entry : field.at("objects").array(kMaxObjects)) {
-    plan.objects.push_back(object(entry));
-  }
-  plan.X_WO_start = pose(field.at("X_WO_start"));
-  plan.X_WO_goal = pose(field.at("X_WO_goal"));
-  plan.X_WO_handover = pose(field.at("X_WO_handover"));
-  plan.X_OT_giver = pose(field.at("X_OT_giver"));
-  plan.X_OT_receiver = pose(field.at("X_OT_receiver"));
-  const Field dexterity = field.at("dexterity");
-  plan.receiver_place = dexterity.at("receiver_place").number();
-  plan.receiver_handover = dexterity.at("receiver_handover").number();
-  plan.giver_pick = dexterity.at("giver_pick").number();
-  plan.giver_handover = dexterity.at("giver_handover").number();
-  for (const Field& entry : field.at("stages").array(kMaxStages)) {
-    plan.stages.push_back(stage(entry));
-  }
+  readScene(file.at("scene"), plan);
+  if (file.at("plan").value().is_null()) file.at("plan").fail("the file has no plan");
+  readMotions(file.at("plan"), plan);
+  plan.quality = quality(file.at("quality"), plan.holders.size());
   checkNames(plan);
   return plan;
 }

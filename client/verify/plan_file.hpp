@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plan file (format handover-plan/1) as values, and its reader.
+// The plan file (format handover-plan/2) as values, and its reader.
 #pragma once
 
 #include "verify/geometry.hpp"
@@ -19,11 +19,12 @@ namespace handover::verify {
 using NamePair = std::pair<std::string, std::string>;
 
 struct ClaimedLimits {
-  double lower, upper, velocity, acceleration;
+  std::optional<double> lower, upper;  ///< null: the joint turns without end
+  double velocity = 0, acceleration = 0, jerk = 0;
 };
 
 struct PlanRobot {
-  std::string name, urdf, urdf_sha256, srdf;
+  std::string name, urdf, urdf_sha256, srdf, yaml, yaml_sha256;
   Pose X_WB;
   std::map<std::string, double> q_start;
   std::map<std::string, ClaimedLimits> limits;
@@ -44,32 +45,92 @@ struct PlanObject {
   std::vector<std::string> resting;
 };
 
+/// What O rests on; nullopt is the file's "none": held by a hook, a fixture, a magnet.
+using Rest = std::optional<std::vector<std::string>>;
+
+struct PlanStart {
+  Pose X_WO;
+  std::optional<NamePair> held_by;  ///< robot, arm
+  Rest rest;
+};
+
+struct PlanGoal {
+  Pose X_WO;
+  bool release = true;  ///< false: the last holder keeps O
+  Rest rest;
+};
+
+struct UprightRule {
+  Eigen::Vector3d axis;  ///< unit, in O
+  double within_deg = 0;
+};
+
+struct PlanHolder {
+  std::string robot, arm, tool_link;
+  bool suction = false;
+  std::string palm;                                 ///< of fingers
+  std::vector<std::string> fingers;                 ///< links
+  std::string cup_link;                             ///< of suction
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in the cup link
+  Pose X_OT;
+  double take = 0, give = 0;  ///< dexterity
+};
+
 struct Hold {
   std::string object, robot, link;
   Pose X_LO;
 };
 
-struct PlanEvent {
-  int index = 0;
-  std::string kind, robot;
+/// Stage `stage` must have run `progress` seconds of its own time.
+struct After {
+  int stage = 0;
+  double progress = 0;
+};
+
+struct PlanStage {
+  int index = 0, holder = 0;
+  std::string action, robot;
   std::vector<std::string> joints;
-  double start = 0;                        ///< [s] from the plan's start
-  std::vector<double> t;                   ///< [s] from the stage's start
-  std::vector<std::vector<double>> q, qd;  ///< [sample][joint]
+  double start = 0;                             ///< [s] from the plan's start
+  std::vector<double> t;                        ///< [s] from the stage's start
+  std::vector<std::vector<double>> q, qd, qdd;  ///< [sample][joint]
   std::vector<Hold> holding;
   std::vector<NamePair> may_touch;
+  std::vector<After> after;
 
-  double end() const { return t.empty() ? start : start + t.back(); }
+  double duration() const { return t.empty() ? 0 : t.back(); }
+
+  double end() const { return start + duration(); }
+};
+
+struct ClearanceClaim {
+  std::string between;  ///< furniture, robots, object
+  double least = 0;     ///< [m]
+  int stage = 0;
+  std::optional<NamePair> pair;
+};
+
+struct QualityClaim {
+  double duration = 0, bound = 0, object = 0;  ///< [s]
+  std::map<std::string, double> idle;          ///< [s], by robot
+  std::vector<ClearanceClaim> clearance;
+  double tilt_deg = 0, turn_deg = 0, least_turn_deg = 0;
+  std::optional<double> limit_margin;  ///< null: no joint with limits at a hold
+  double jerk_share = 0;
 };
 
 struct Plan {
-  std::string cell, task, object, giver, receiver, giver_arm, receiver_arm;
-  std::string giver_tool_link, receiver_tool_link;
+  std::string object;  ///< O's name
   std::vector<PlanRobot> robots;
   std::vector<PlanObject> objects;
-  Pose X_WO_start, X_WO_goal, X_WO_handover, X_OT_giver, X_OT_receiver;
-  double receiver_place = 0, receiver_handover = 0, giver_pick = 0, giver_handover = 0;
-  std::vector<PlanEvent> stages;
+  PlanStart start;
+  PlanGoal goal;
+  std::optional<UprightRule> upright;
+  std::vector<PlanHolder> holders;
+  std::vector<Pose> handovers;  ///< X_WO
+  std::vector<PlanStage> stages;
+  double slack = 0;  ///< [s]
+  std::optional<QualityClaim> quality;
 
   /// Index by name, or -1.
   int findRobot(std::string_view name) const;
@@ -78,7 +139,7 @@ struct Plan {
 
 /// Reads and checks form: types, finite numbers, unit quaternions (1e-3), sizes, names that the
 /// file itself defines. Whether the plan is a good one is not asked here.
-/// @throws Unreadable naming the field as a JSON pointer.
+/// @throws Unreadable naming the field as a JSON pointer; a file whose plan is null is unreadable.
 Plan parsePlan(std::string_view text);
 
 /// The text of a plan file. @throws Unreadable when it cannot be opened or is too large.

@@ -161,8 +161,8 @@ RawJoint readJoint(const XmlFile& file, const Element& element) {
     joint.axis.normalize();
   }
   const Element* limit = element.FirstChildElement("limit");
-  if (!limit) file.fail(element, "joint without limit");
-  joint.velocity = file.number(*limit, "velocity", std::nullopt);
+  if (!limit && joint.type != JointType::kContinuous) file.fail(element, "joint without limit");
+  if (limit) joint.velocity = file.number(*limit, "velocity", 0);
   if (joint.type != JointType::kContinuous) {
     joint.lower = file.number(*limit, "lower", 0);
     joint.upper = file.number(*limit, "upper", 0);
@@ -256,28 +256,79 @@ void readUrdf(const std::filesystem::path& path, Robot& robot) {
   assemble(file, root, std::move(links), joints, robot);
 }
 
+/// Joints of the SRDF's groups by name, as MoveIt reads them: what the URDF does not have is left
+/// out.
+class GroupReader {
+ public:
+  GroupReader(const XmlFile& file, const Element& root, const Robot& robot)
+      : file_(file), robot_(robot) {
+    for (const Element* e = root.FirstChildElement("group"); e;
+         e = e->NextSiblingElement("group")) {
+      elements_.emplace(file.attribute(*e, "name"), e);
+    }
+  }
+
+  std::vector<Group> read() const {
+    std::vector<Group> groups;
+    for (const auto& [name, element] : elements_) {
+      std::set<int> joints;
+      collect(*element, 0, joints);
+      Group group{name, {}};
+      for (const int j : joints) {
+        if (robot_.joints[static_cast<std::size_t>(j)].independent()) group.joints.push_back(j);
+      }
+      groups.push_back(std::move(group));
+    }
+    return groups;
+  }
+
+ private:
+  static constexpr int kMaxDepth = 16;
+
+  void collect(const Element& group, int depth, std::set<int>& joints) const {
+    if (depth > kMaxDepth) file_.fail(group, "groups nested too deeply");
+    for (const Element* e = group.FirstChildElement(); e; e = e->NextSiblingElement()) {
+      const std::string_view kind = e->Name();
+      if (kind == "chain") {
+        addChain(*e, joints);
+      } else if (kind == "joint") {
+        if (const int j = robot_.findJoint(file_.attribute(*e, "name")); j >= 0) joints.insert(j);
+      } else if (kind == "link") {
+        const int link = robot_.findLink(file_.attribute(*e, "name"));
+        if (link > 0) joints.insert(robot_.links[static_cast<std::size_t>(link)].parent_joint);
+      } else if (kind == "group") {
+        const auto found = elements_.find(file_.attribute(*e, "name"));
+        if (found != elements_.end()) collect(*found->second, depth + 1, joints);
+      }
+    }
+  }
+
+  void addChain(const Element& chain, std::set<int>& joints) const {
+    const int base = robot_.findLink(file_.attribute(chain, "base_link"));
+    int link = robot_.findLink(file_.attribute(chain, "tip_link"));
+    if (base < 0 || link < 0) return;
+    if (!robot_.hangsFrom(link, base)) file_.fail(chain, "no chain from base_link to tip_link");
+    while (link != base) {
+      const int above = robot_.links[static_cast<std::size_t>(link)].parent_joint;
+      joints.insert(above);
+      link = robot_.joints[static_cast<std::size_t>(above)].parent;
+    }
+  }
+
+  const XmlFile& file_;
+  const Robot& robot_;
+  std::map<std::string, const Element*> elements_;
+};
+
 void readSrdf(const std::filesystem::path& path, Robot& robot) {
   const XmlFile file(path);
   const Element& root = file.root("robot");
-  const auto link = [&](const Element& element, const char* attribute) {
-    const int index = robot.findLink(file.attribute(element, attribute));
-    if (index < 0) file.fail(element, "unknown link " + file.attribute(element, attribute));
-    return index;
-  };
-  for (const Element* e = root.FirstChildElement("group"); e; e = e->NextSiblingElement("group")) {
-    for (const Element* c = e->FirstChildElement("chain"); c; c = c->NextSiblingElement("chain")) {
-      robot.chains.push_back(
-          {file.attribute(*e, "name"), link(*c, "base_link"), link(*c, "tip_link")});
-    }
-  }
+  robot.groups = GroupReader(file, root, robot).read();
   for (const Element* e = root.FirstChildElement("disable_collisions"); e;
        e = e->NextSiblingElement("disable_collisions")) {
-    const char* reason = e->Attribute("reason");
-    if (!reason) continue;
-    const std::string_view text(reason);
-    if (text != "Adjacent" && text != "Always") continue;
-    const int a = link(*e, "link1");
-    const int b = link(*e, "link2");
+    const int a = robot.findLink(file.attribute(*e, "link1"));
+    const int b = robot.findLink(file.attribute(*e, "link2"));
+    if (a < 0 || b < 0) continue;
     robot.touching.insert({a, b});
     robot.touching.insert({b, a});
   }
@@ -290,15 +341,15 @@ int Robot::findLink(std::string_view link) const { return findByName(links, link
 int Robot::findJoint(std::string_view joint) const { return findByName(joints, joint); }
 
 std::vector<int> Robot::rigidGroups() const {
-  std::vector<int> groups(links.size());
+  std::vector<int> rigid(links.size());
   for (std::size_t i = 0; i < links.size(); ++i) {
     const int above = links[i].parent_joint;
     const bool fixed = above >= 0 && !joints[static_cast<std::size_t>(above)].movable();
-    groups[i] =
-        fixed ? groups[static_cast<std::size_t>(joints[static_cast<std::size_t>(above)].parent)]
+    rigid[i] =
+        fixed ? rigid[static_cast<std::size_t>(joints[static_cast<std::size_t>(above)].parent)]
               : static_cast<int>(i);
   }
-  return groups;
+  return rigid;
 }
 
 std::vector<int> Robot::subtree(int link) const {
@@ -327,73 +378,32 @@ std::vector<int> Robot::jointsAbove(int link) const {
   return result;
 }
 
+Law Robot::lawOf(std::size_t joint) const {
+  // A chain of followers is walked to its master, which need not come first in the file.
+  Law law{joint};
+  while (joints[law.master].mimic >= 0) {
+    law.offset += law.multiplier * joints[law.master].offset;
+    law.multiplier *= joints[law.master].multiplier;
+    law.master = static_cast<std::size_t>(joints[law.master].mimic);
+  }
+  return law;
+}
+
 void Robot::followMimics(std::vector<double>& q) const {
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    // A chain of followers is walked to its master, which need not come first in the file.
-    double multiplier = 1, offset = 0;
-    std::size_t j = i;
-    while (joints[j].mimic >= 0) {
-      offset += multiplier * joints[j].offset;
-      multiplier *= joints[j].multiplier;
-      j = static_cast<std::size_t>(joints[j].mimic);
-    }
-    if (j != i) q[i] = multiplier * q[j] + offset;
+    if (joints[i].mimic < 0) continue;
+    const Law law = lawOf(i);
+    q[i] = law.multiplier * q[law.master] + law.offset;
   }
 }
 
-Arm Robot::arm(std::string_view tool_link) const {
-  Arm arm;
-  arm.tool_link = findLink(tool_link);
-  if (arm.tool_link < 0) {
-    throw Unreadable(urdf.string(), "no link \"" + std::string(tool_link) + "\"");
+bool Robot::hangsFrom(int link, int above) const {
+  while (link != above) {
+    const int joint = links[static_cast<std::size_t>(link)].parent_joint;
+    if (joint < 0) return false;
+    link = joints[static_cast<std::size_t>(joint)].parent;
   }
-  const std::vector<int> groups = rigidGroups();
-  const auto group = [&](int link) { return groups[static_cast<std::size_t>(link)]; };
-
-  arm.joints = jointsAbove(arm.tool_link);
-  arm.base_link = 0;
-  for (const ChainGroup& chain : chains) {
-    if (group(chain.tip_link) != group(arm.tool_link)) continue;
-    const std::vector<int> below_base = subtree(chain.base_link);
-    if (!std::binary_search(below_base.begin(), below_base.end(), arm.tool_link)) continue;
-    std::vector<int> joints_of_chain = jointsAbove(arm.tool_link);
-    joints_of_chain.erase(
-        joints_of_chain.begin(),
-        joints_of_chain.begin() + static_cast<std::ptrdiff_t>(jointsAbove(chain.base_link).size()));
-    if (joints_of_chain.empty() || joints_of_chain.size() > arm.joints.size()) continue;
-    arm.joints = joints_of_chain;
-    arm.base_link = chain.base_link;
-  }
-  if (arm.joints.empty()) {
-    throw Unreadable(urdf.string(), "no joint above \"" + std::string(tool_link) + "\"");
-  }
-
-  const auto fingersBelow = [&](int link) {
-    const std::vector<int> below = subtree(link);
-    return std::any_of(below.begin(), below.end(), [&](int l) { return group(l) != group(link); });
-  };
-  const auto solid = [&](int link) {
-    return !links[static_cast<std::size_t>(link)].collision.empty();
-  };
-  // Up within the tool's rigid group to the first link that is `wanted`, else to its topmost.
-  const auto climb = [&](int link, const auto& wanted) {
-    while (!wanted(link) && link != group(arm.tool_link)) {
-      const int above = links[static_cast<std::size_t>(link)].parent_joint;
-      link = joints[static_cast<std::size_t>(above)].parent;
-    }
-    return link;
-  };
-  arm.palm_link = climb(arm.tool_link, fingersBelow);
-  if (const int body = climb(arm.palm_link, solid); solid(body)) arm.palm_link = body;
-  arm.hand_links = subtree(arm.palm_link);
-  for (const int link : arm.hand_links) {
-    if (group(link) != group(arm.palm_link)) arm.finger_links.push_back(link);
-    const int above = links[static_cast<std::size_t>(link)].parent_joint;
-    if (link != arm.palm_link && joints[static_cast<std::size_t>(above)].independent()) {
-      arm.hand_joints.push_back(above);
-    }
-  }
-  return arm;
+  return true;
 }
 
 Robot readRobot(const std::filesystem::path& urdf, const std::filesystem::path& srdf) {

@@ -22,7 +22,8 @@ struct Joint {
   int parent = -1, child = -1;                      ///< links
   Pose X_PJ = Pose::Identity();                     ///< joint frame in the parent link
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit, in the joint frame
-  double lower = 0, upper = 0, velocity = 0;        ///< not for fixed joints; continuous: no range
+  double lower = 0, upper = 0;                      ///< not for fixed and continuous joints
+  double velocity = 0;                              ///< 0: the URDF says none
   int mimic = -1;                                   ///< joint that it follows, or -1
   double multiplier = 1, offset = 0;
 
@@ -37,19 +38,15 @@ struct Link {
   std::vector<PlacedGeometry> collision;
 };
 
-struct ChainGroup {
+/// A group of the SRDF: the joints that it names, by chains, joints, links and subgroups.
+struct Group {
   std::string name;
-  int base_link = -1, tip_link = -1;
+  std::vector<int> joints;  ///< independent movable ones, root first
 };
 
-/// One arm with its hand, found from the tool link.
-struct Arm {
-  int base_link = -1, tool_link = -1;
-  int palm_link = -1;
-  std::vector<int> joints;        ///< the arm's movable joints, base to tool
-  std::vector<int> hand_joints;   ///< independent joints beyond the palm
-  std::vector<int> hand_links;    ///< palm, what is fixed to it outwards, and the finger links
-  std::vector<int> finger_links;  ///< links beyond a movable joint of the hand
+struct Law {
+  std::size_t master = 0;
+  double multiplier = 1, offset = 0;
 };
 
 struct Robot {
@@ -57,8 +54,8 @@ struct Robot {
   std::filesystem::path urdf;
   std::vector<Link> links;    ///< parents come first; links[0] is the root
   std::vector<Joint> joints;  ///< parents come first
-  std::vector<ChainGroup> chains;
-  std::set<std::pair<int, int>> touching;  ///< SRDF pairs with reason Adjacent or Always, both ways
+  std::vector<Group> groups;
+  std::set<std::pair<int, int>> touching;  ///< SRDF pairs, whatever the reason, both ways round
 
   int findLink(std::string_view link) const;
   int findJoint(std::string_view joint) const;
@@ -70,11 +67,10 @@ struct Robot {
   std::vector<int> jointsAbove(int link) const;
   /// Position of every joint from those of the independent ones: mimic joints follow their law.
   void followMimics(std::vector<double>& q) const;
-  /// The arm whose tool is `tool_link`: the joints of the shortest SRDF chain that ends in the
-  /// tool's rigid group (without one: all movable joints above it). The palm is the outermost link
-  /// of the tool's rigid group, from the tool towards the arm, that has fingers below it.
-  /// @throws Unreadable when there is no such link or no joint above it.
-  Arm arm(std::string_view tool_link) const;
+  /// How a joint follows: q = multiplier * q[master] + offset; an independent joint follows itself.
+  Law lawOf(std::size_t joint) const;
+  /// Whether `link` is `above` or hangs from it.
+  bool hangsFrom(int link, int above) const;
 };
 
 /// @throws Unreadable naming file and line.

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The contract's stage table: who holds O in which stage, what may touch, which pairs never count.
+// Which contacts are lawful: pairs that never count, and those that follow from where O is.
 #pragma once
 
 #include "verify/motion.hpp"
 #include "verify/scene.hpp"
 
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -12,39 +13,69 @@
 
 namespace handover::verify {
 
-/// Whether the giver (receiver) holds O during the whole of a stage.
-bool giverHolds(int stage);
-bool receiverHolds(int stage);
-bool isGiverStage(int stage);
-/// grasp and release: the fingers move; else the arm.
-bool isHandStage(int stage);
+constexpr double kRestDepth = 1e-3;  // [m] that O may be deep in what it rests on
+constexpr double kHandDepth = 2e-3;  // [m] that a hand may be deep in O
 
-/// Contacts as the table has them, worked out from the scene alone.
+/// What O may touch at some moment.
+struct Allowances {
+  std::vector<bool> hand;  ///< per holder
+  bool start_rest = false, goal_rest = false;
+};
+
+struct Window {
+  double from = 0, to = 0;  ///< [s]
+
+  bool overlaps(double begin, double end) const {
+    return std::min(to, end) - std::max(from, begin) > kTimeTolerance;
+  }
+
+  static constexpr double kTimeTolerance = 1e-9;
+};
+
+/// When O may touch the holder's hand: from the start of its grasp until, in its retreat, it is 5
+/// mm away (or the next carry may start).
+Window handWindow(const Motion& motion, int holder);
+/// When O may touch what it rests on at the start, at the goal.
+Window startRestWindow(const Motion& motion);
+Window goalRestWindow(const Motion& motion);
+
+Allowances allowancesAt(const Motion& motion, double T);
+
 class ContactRules {
  public:
-  /// `goal_rest`: names of the objects that O is to rest on.
-  ContactRules(const Scene& scene, std::set<std::string> goal_rest);
+  /// `start_rests`, `goal_rests`: objects in Plan::objects.
+  ContactRules(const Scene& scene, const std::set<int>& start_rests,
+               const std::set<int>& goal_rests);
 
-  /// Pairs never tested: links joined by a joint (through fixed ones), SRDF Adjacent and Always,
-  /// attachments with their touch_links, resting pairs. O's own rests are not among them: the table
-  /// lets O touch its rest while it is grasped and lifted, not when it is carried past later.
-  bool standing(int body_a, int body_b) const;
+  /// Pairs never tested: links joined by a joint (through fixed ones), SRDF pairs, attachments with
+  /// their touch_links, resting pairs.
+  bool standing(int body_a, int body_b) const {
+    return standing_[static_cast<std::size_t>(body_a) * bodies_ + static_cast<std::size_t>(body_b)];
+  }
 
-  /// What a stage's row adds: always O and something. `in_first_5mm`: of a retreat's motion.
-  bool mayTouch(int stage, bool in_first_5mm, int body_a, int body_b) const;
-  /// The same by name, for the file's claims: links without geometry are named there too.
-  bool mayTouch(int stage, bool in_first_5mm, const std::string& a, const std::string& b) const;
-  bool standing(const std::string& a, const std::string& b) const;
+  /// How deep the two may be in one another; nullopt: they must not touch.
+  std::optional<double> depthAllowed(const Allowances& allowances, int body_a, int body_b) const;
+
+  /// For the file's claims, by name: links without geometry are named there, too.
+  bool standing(const std::string& a, const std::string& b) const {
+    return standing_names_.count({a, b}) > 0;
+  }
+
+  bool mayTouch(const Allowances& allowances, const std::string& a, const std::string& b) const;
 
  private:
   const Scene& scene_;
-  std::set<std::string> giver_hand_, receiver_hand_, start_rest_, goal_rest_;
-  std::set<NamePair> standing_;  ///< both ways round
+  std::size_t bodies_;
+  std::vector<bool> standing_;
+  std::set<NamePair> standing_names_;              ///< both ways round
+  std::vector<std::vector<int>> hands_of_;         ///< per body: holders whose hand it belongs to
+  std::set<int> start_rests_, goal_rests_;         ///< objects
+  std::vector<std::set<std::string>> hand_names_;  ///< per holder
 };
 
-/// What O is to rest on: every other object that O would meet 2 mm below the goal pose and is clear
-/// of 2 mm above it. The plan file does not say it; so small a gap carries O, and a body that still
-/// touches O when that is raised is one that O is stuck in, not one that it rests on.
-std::set<std::string> goalRests(const Motion& motion);
+/// The objects that O may touch where it starts, or at the goal: those of the file's `rest`, or of
+/// "none" all that are within 2 mm of O there.
+std::set<int> startRests(const Motion& motion);
+std::set<int> goalRests(const Motion& motion);
 
 }  // namespace handover::verify

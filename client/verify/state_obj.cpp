@@ -5,9 +5,12 @@
 #include "verify/motion.hpp"
 #include "verify/unreadable.hpp"
 
-#include <algorithm>
+#include <charconv>
 #include <cstdio>
-#include <vector>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
 
 namespace handover::verify {
 namespace {
@@ -15,20 +18,41 @@ namespace {
 constexpr std::string_view kStart = "start";
 constexpr std::string_view kEnd = "end";
 
-/// Place of the stage; -1: none of that kind.
-int stageOf(std::string_view kind) {
-  for (int stage = 0; stage < kStages; ++stage) {
-    if (kind == stageName(stage)) return stage;
+/// "7" is a stage's index, "grasp.1" an action and its holder.
+struct StageNamed {
+  std::string action;  ///< empty: by index
+  int number = 0;
+};
+
+std::optional<StageNamed> stageNamed(std::string_view kind) {
+  StageNamed named;
+  const auto dot = kind.find('.');
+  if (dot != std::string_view::npos) {
+    static const std::set<std::string_view> kActions = {
+        "reach", "approach", "grasp", "lift", "carry", "place", "release", "retreat", "home"};
+    named.action = kind.substr(0, dot);
+    if (!kActions.count(named.action)) return std::nullopt;
+    kind.remove_prefix(dot + 1);
   }
-  return -1;
+  const char* end = kind.data() + kind.size();
+  const auto [next, error] = std::from_chars(kind.data(), end, named.number);
+  if (error != std::errc() || next != end || named.number < 0) return std::nullopt;
+  return named;
 }
 
 double timeOf(std::string_view kind, const Motion& motion) {
   if (kind == kStart) return 0.0;
-  if (kind == kEnd) {
-    return std::max(motion.stage(kGiverRetreat).end(), motion.stage(kReceiverRetreat).end());
+  if (kind == kEnd) return motion.end();
+  const StageNamed named = stageNamed(kind).value();
+  const Scene& scene = motion.scene();
+  for (int s = 0; s < scene.stageCount(); ++s) {
+    const PlanStage& stage = scene.stage(s);
+    const bool is_it = named.action.empty()
+                           ? s == named.number
+                           : stage.action == named.action && stage.holder == named.number;
+    if (is_it) return motion.end(s);
   }
-  return motion.stage(stageOf(kind)).end();
+  throw Unreadable("/plan/stages", "no stage " + std::string(kind));
 }
 
 /// Appends bodies to the text; corners count through the whole file, from 1.
@@ -64,32 +88,23 @@ class ObjWriter {
 }  // namespace
 
 bool namesState(std::string_view kind) {
-  return kind == kStart || kind == kEnd || stageOf(kind) >= 0;
+  return kind == kStart || kind == kEnd || stageNamed(kind).has_value();
 }
 
 std::string stateObj(std::string_view plan_text, const std::filesystem::path& root,
                      std::string_view kind) {
   Report faults;  // whether the plan is a good one is not asked here
   const Scene scene = loadScene(parsePlan(plan_text), root, faults);
-  if (!checkStructure(scene, faults) || !checkHolds(scene, faults)) {
+  if (!checkStructure(scene, faults)) {
     throw Unreadable("/plan/stages", faults.violations.back().what);
   }
-  const Motion motion(scene);
+  const Curves curves(scene);
+  const Task task = makeTask(scene);
+  const Motion motion(curves, task, plannedStarts(scene));
   const double time = timeOf(kind, motion);
-  std::vector<std::vector<Pose>> X_WL;
-  for (std::size_t robot = 0; robot < scene.robots.size(); ++robot) {
-    X_WL.push_back(motion.linksAt(static_cast<int>(robot), time));
-  }
   ObjWriter writer;
-  for (const SceneBody& body : scene.bodies) {
-    if (body.robot >= 0) {
-      writer.add(body,
-                 X_WL[static_cast<std::size_t>(body.robot)][static_cast<std::size_t>(body.link)]);
-    } else if (body.object == scene.object) {
-      writer.add(body, motion.objectAt(time));
-    } else {
-      writer.add(body, motion.otherObjectAt(body.object, time));
-    }
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    writer.add(scene.bodies[b], motion.bodyAt(static_cast<int>(b), time));
   }
   return std::move(writer).text();
 }

@@ -8,7 +8,8 @@
 
 namespace handover::verify {
 
-/// The kind of a stage, or "start" or "end": those of the plan.
+/// "start" and "end" of the plan, a stage by its index ("7"), or by its action and holder
+/// ("grasp.1").
 bool namesState(std::string_view kind);
 
 /// The whole cell at the end of that stage, or of the plan, as a Wavefront file: the collision

@@ -10,7 +10,10 @@
 namespace handover::verify {
 
 /// @param root folder that the plan's paths are relative to.
-/// @throws Unreadable when the plan, or a file that it names, cannot be understood.
-Report verifyPlan(const std::filesystem::path& plan_file, const std::filesystem::path& root);
+/// @param measure the report's quality is filled in even where the file claims none.
+/// @throws Unreadable when the plan, or a file that it names, cannot be understood, or when the
+/// file has no plan.
+Report verifyPlan(const std::filesystem::path& plan_file, const std::filesystem::path& root,
+                  bool measure = false);
 
 }  // namespace handover::verify

@@ -2,12 +2,8 @@
 #include "view/mcap.hpp"
 
 #include "view/mesh_file.hpp"
-#include "view/plan_json.hpp"
 #include "view/playback.hpp"
 #include "view/root_files.hpp"
-#include "view/unreadable.hpp"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -19,8 +15,6 @@
 
 namespace handover::view {
 namespace {
-
-using Json = nlohmann::json;
 
 constexpr double kFrame = 1.0 / 30;  // [s]
 
@@ -217,7 +211,7 @@ class Recorder {
  public:
   Recorder(const Playback& playback, const RootFiles& files) : playback_(playback), files_(files) {
     const std::string with_header = std::string(kJointState) + std::string(kHeaderAndTime);
-    for (const SceneRobot& robot : playback_.robots()) {
+    for (const RobotSnapshot& robot : playback_.scene().robots) {
       joints_.push_back(file_.addChannel("/joint_states/" + robot.name,
                                          "sensor_msgs/msg/JointState", with_header));
     }
@@ -229,15 +223,18 @@ class Recorder {
   }
 
   std::string record() {
-    const double end = playback_.motion().duration();
+    const double end = playback_.duration();
     const auto frames = static_cast<int>(std::ceil(end / kFrame));
+    std::vector<const StageTrajectory*> stages;
+    for (const StageTrajectory& stage : playback_.plan().stages) stages.push_back(&stage);
+    std::stable_sort(stages.begin(), stages.end(),
+                     [](const auto* a, const auto* b) { return a->start < b->start; });
     addMarkers();
-    const std::vector<Stage>& stages = playback_.motion().stages();
     auto begun = stages.begin();
     for (int frame = 0; frame <= frames; ++frame) {
       const double T = std::min(frame * kFrame, end);
-      for (; begun != stages.end() && begun->start <= T; ++begun) {
-        file_.addMessage(stage_, T, Cdr().text(labelOf(*begun)));
+      for (; begun != stages.end() && (*begun)->start <= T; ++begun) {
+        file_.addMessage(stage_, T, Cdr().text(playback_.labelOf(**begun)));
       }
       addFrame(T);
     }
@@ -245,11 +242,6 @@ class Recorder {
   }
 
  private:
-  std::string labelOf(const Stage& stage) const {
-    const Holder& holder = playback_.holders()[stage.holder];
-    return holder.robot + "/" + holder.arm + " " + stage.action;
-  }
-
   void addFrame(double T) {
     const Moment moment = playback_.at(T);
     Cdr transforms;
@@ -260,20 +252,20 @@ class Recorder {
       transforms.header(T, "world").text(frame).pose(X);
     };
     for (std::size_t r = 0; r < moment.X_WL.size(); ++r) {
-      const SceneRobot& robot = playback_.robots()[r];
+      const std::string& robot = playback_.scene().robots[r].name;
       addJoints(r, moment.q[r], T);
       for (std::size_t link = 0; link < moment.X_WL[r].size(); ++link) {
-        add(robot.name + "/" + robot.model.links()[link].name, moment.X_WL[r][link]);
+        add(robot + "/" + playback_.models()[r].links()[link].name, moment.X_WL[r][link]);
       }
     }
     for (std::size_t o = 0; o < moment.X_WO.size(); ++o) {
-      add(playback_.objects()[o].name, moment.X_WO[o]);
+      add(playback_.scene().objects[o].name, moment.X_WO[o]);
     }
     file_.addMessage(tf_, T, transforms);
   }
 
   void addJoints(std::size_t robot, const Positions& q, double T) {
-    const Robot& model = playback_.robots()[robot].model;
+    const Robot& model = playback_.models()[robot];
     std::vector<std::string> names;
     std::vector<double> positions;
     for (const Joint& joint : model.joints()) {
@@ -298,16 +290,17 @@ class Recorder {
 
   std::vector<Mark> marks() const {
     std::vector<Mark> marks;
-    for (const SceneRobot& robot : playback_.robots()) {
-      for (const Link& link : robot.model.links()) {
+    const SceneSnapshot& scene = playback_.scene();
+    for (std::size_t r = 0; r < scene.robots.size(); ++r) {
+      const RobotSnapshot& robot = scene.robots[r];
+      for (const Link& link : playback_.models()[r].links()) {
         for (const Shape& shape : link.collision) {
           addMark({robot.name + "/" + link.name, shape, colourOf(robot.name), robot.urdf}, marks);
         }
       }
     }
-    for (std::size_t o = 0; o < playback_.objects().size(); ++o) {
-      const SceneObject& object = playback_.objects()[o];
-      const Colour& colour = o == playback_.object() ? kObject : kThing;
+    for (const ObjectSnapshot& object : scene.objects) {
+      const Colour& colour = object.name == scene.object ? kObject : kThing;
       addMark({object.name, {Pose::Identity(), object.geometry}, colour, ""}, marks);
     }
     return marks;
@@ -315,10 +308,10 @@ class Recorder {
 
   const Colour& colourOf(const std::string& robot) const {
     std::vector<std::string> order;
-    for (const Holder& holder : playback_.holders()) {
-      const bool known = std::find(order.begin(), order.end(), holder.robot) != order.end();
-      if (!known) order.push_back(holder.robot);
-      if (holder.robot == robot) return kHolders[(order.size() - 1) % kHolders.size()];
+    for (const Holder& holder : playback_.plan().solution.holders) {
+      const std::string& name = holder.arm.robot;
+      if (std::find(order.begin(), order.end(), name) == order.end()) order.push_back(name);
+      if (name == robot) return kHolders[(order.size() - 1) % kHolders.size()];
     }
     return kIdle;
   }
@@ -377,7 +370,7 @@ class Recorder {
     if (mesh == nullptr) return {};
     const std::optional<std::string> path =
         mark.urdf.empty() ? mesh->path : files_.findMesh(mesh->path, mark.urdf);
-    if (!path) throw Unreadable(mark.urdf, "mesh \"" + mesh->path + "\" not found");
+    if (!path) throw client::PlanFileError(mark.urdf, "mesh \"" + mesh->path + "\" not found");
     auto corners = meshTriangles(files_.pathOf(*path));
     const Eigen::Vector3d scale(mesh->scale.data());
     for (Eigen::Vector3d& corner : corners) corner = corner.cwiseProduct(scale);
@@ -394,16 +387,8 @@ class Recorder {
 }  // namespace
 
 std::string planMcap(const std::string& plan_text, const std::filesystem::path& root) {
-  const Json file = parsePlanFile(plan_text);
   const RootFiles files(root);
-  try {
-    if (file.at("plan").is_null()) throw Unreadable("/plan", "is null: there is no plan to record");
-    return Recorder(Playback(file, files), files).record();
-  } catch (const Json::exception& error) {
-    throw Unreadable("/", error.what());
-  } catch (const std::out_of_range& error) {
-    throw Unreadable("/", std::string("a robot, link or object is not there: ") + error.what());
-  }
+  return Recorder(Playback(client::parsePlanFile(plan_text), files), files).record();
 }
 
 }  // namespace handover::view

@@ -12,7 +12,8 @@ namespace handover::view {
 /// in `world`), /scene (visualization_msgs/MarkerArray: every collision shape in those frames),
 /// /stage (std_msgs/String: `robot/arm action` as a stage begins).
 /// @param root folder that the plan's paths are relative to.
-/// @throws Unreadable when the text holds no plan, or a file that it names cannot be read.
+/// @throws client::PlanFileError when the text holds no plan, or a file that it names cannot be
+/// read.
 std::string planMcap(const std::string& plan_text, const std::filesystem::path& root);
 
 }  // namespace handover::view

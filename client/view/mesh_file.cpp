@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/mesh_file.hpp"
 
-#include "view/unreadable.hpp"
+#include <handover/client/plan_file.hpp>
 
 #include <assimp/Importer.hpp>
 #include <assimp/config.h>
@@ -35,11 +35,11 @@ std::vector<Eigen::Vector3d> meshTriangles(const std::filesystem::path& file) {
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr) {
-    throw Unreadable(file.string(), importer.GetErrorString());
+    throw client::PlanFileError(file.string(), importer.GetErrorString());
   }
   std::vector<Eigen::Vector3d> corners;
   collect(*scene, *scene->mRootNode, aiMatrix4x4(), corners);
-  if (corners.empty()) throw Unreadable(file.string(), "no triangle in it");
+  if (corners.empty()) throw client::PlanFileError(file.string(), "no triangle in it");
   return corners;
 }
 

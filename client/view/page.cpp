@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/page.hpp"
 
-#include "view/plan_json.hpp"
+#include "view/page_templates.hpp"
 #include "view/root_files.hpp"
-#include "view/unreadable.hpp"
+
+#include <handover/client/plan_file.hpp>
 
 #include <nlohmann/json.hpp>
 #include <openssl/evp.h>
@@ -12,24 +13,14 @@
 #include <algorithm>
 #include <cctype>
 #include <optional>
+#include <stdexcept>
 #include <string_view>
-
-// The pages without their data, as the bundler made them.
-extern const char kViewerPage[], kViewerPageEnd[], kReportPage[], kReportPageEnd[];
-asm(".section .rodata\n"
-    ".global kViewerPage, kViewerPageEnd, kReportPage, kReportPageEnd\n"
-    "kViewerPage: .incbin \"" HANDOVER_PAGES
-    "/viewer.html\"\n"
-    "kViewerPageEnd: .byte 0\n"
-    "kReportPage: .incbin \"" HANDOVER_PAGES
-    "/report.html\"\n"
-    "kReportPageEnd: .byte 0\n"
-    ".previous\n");
 
 namespace handover::view {
 namespace {
 
 namespace fs = std::filesystem;
+using client::PlanFileError;
 using Json = nlohmann::json;
 
 std::string base64(const std::string& bytes) {
@@ -63,7 +54,7 @@ class PageFiles {
     tinyxml2::XMLDocument document;
     const std::string text = files_[urdf]["text"];
     if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-      throw Unreadable(urdf, document.ErrorStr());
+      throw PlanFileError(urdf, document.ErrorStr());
     }
     meshes_[urdf] = Json::object();
     if (document.RootElement() != nullptr) addMeshes(*document.RootElement(), urdf);
@@ -97,7 +88,8 @@ class PageFiles {
       add(*path);
       meshes_[urdf][name] = *path;
     } else if (!picture) {
-      throw Unreadable(urdf, "mesh \"" + name + "\" " + (path ? "cannot be drawn" : "not found"));
+      throw PlanFileError(urdf,
+                          "mesh \"" + name + "\" " + (path ? "cannot be drawn" : "not found"));
     }
   }
 
@@ -136,8 +128,13 @@ std::string embeddable(const std::string& json) {
   return text;
 }
 
-std::string filled(const char* page_begin, const char* page_end, const std::string& json) {
-  const std::string_view page(page_begin, static_cast<std::size_t>(page_end - page_begin));
+PageTemplates templates() {
+  const auto found = pageTemplates();
+  if (!found) throw std::logic_error(kNoPages);
+  return *found;
+}
+
+std::string filled(std::string_view page, const std::string& json) {
   const std::string_view marker = "@DATA@";
   const std::size_t at = page.rfind(marker);
   return std::string(page.substr(0, at)) + embeddable(json) +
@@ -146,25 +143,18 @@ std::string filled(const char* page_begin, const char* page_end, const std::stri
 
 }  // namespace
 
+bool hasPages() { return pageTemplates().has_value(); }
+
 std::string planPage(const std::string& plan_text, const fs::path& root) {
-  const Json file = parsePlanFile(plan_text);
+  const client::PlanFile file = client::parsePlanFile(plan_text);
+  if (!file.scene) throw PlanFileError("/scene", "is null: there is nothing to show");
   PageFiles files(root);
-  try {
-    if (file.at("scene").is_null()) throw Unreadable("/scene", "is null: there is nothing to show");
-    for (const Json& robot : file.at("scene").at("robots")) files.addRobot(robot.at("urdf"));
-    for (const Json& object : file.at("scene").at("objects")) {
-      files.addGeometry(geometryOf(object.at("geometry")));
-    }
-  } catch (const Json::exception& error) {
-    throw Unreadable("/scene", error.what());
-  }
-  return filled(kViewerPage, kViewerPageEnd,
-                "{\"files\":" + textOf(files.files()) + ",\"meshes\":" + textOf(files.meshes()) +
-                    ",\"file\":" + plan_text + "}");
+  for (const RobotSnapshot& robot : file.scene->robots) files.addRobot(robot.urdf);
+  for (const ObjectSnapshot& object : file.scene->objects) files.addGeometry(object.geometry);
+  return filled(templates().plan, "{\"files\":" + textOf(files.files()) + ",\"meshes\":" +
+                                      textOf(files.meshes()) + ",\"file\":" + plan_text + "}");
 }
 
-std::string experimentPage(const std::string& data) {
-  return filled(kReportPage, kReportPageEnd, data);
-}
+std::string experimentPage(const std::string& data) { return filled(templates().experiment, data); }
 
 }  // namespace handover::view

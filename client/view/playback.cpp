@@ -1,62 +1,57 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/playback.hpp"
 
-#include "view/plan_json.hpp"
 #include "view/root_files.hpp"
 
-#include <nlohmann/json.hpp>
-
+#include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace handover::view {
 
-using Json = nlohmann::json;
+using client::PlanFileError;
 
-Playback::Playback(const Json& file, const RootFiles& files) : motion_(file.at("plan")) {
-  const Json& scene = file.at("scene");
-  for (const Json& robot : scene.at("robots")) {
-    const auto urdf = robot.at("urdf").get<std::string>();
-    robots_.push_back({robot.at("name"), urdf, Robot(files.read(urdf), urdf),
-                       poseOf(robot.at("X_WB")), robot.at("q_start").get<Positions>()});
+Playback::Playback(client::PlanFile file, const RootFiles& files) : motion_(std::move(file)) {
+  for (const RobotSnapshot& robot : scene().robots) {
+    models_.emplace_back(files.read(robot.urdf), robot.urdf);
   }
-  for (const Json& object : scene.at("objects")) {
-    if (object.at("name") == scene.at("object")) object_ = objects_.size();
-    addObject(object);
+  for (const ObjectSnapshot& object : scene().objects) {
+    auto& link = attached_to_.emplace_back();
+    if (object.attached_to) link = linkOf(object.attached_to->robot, object.attached_to->link);
   }
-  objects_.at(object_).X_WO = poseOf(scene.at("start").at("X_WO"));
-  for (const Json& json : file.at("plan").at("holders")) {
-    const auto robot = json.at("robot").get<std::string>();
-    holders_.push_back({robot, json.at("arm"), linkOf(robot, json.at("tool_link")),
-                        poseOf(json.at("X_OT")).inverse()});
+  for (const Holder& holder : plan().solution.holders) {
+    tools_.push_back(linkOf(holder.arm.robot, holder.tool_link));
   }
-  if (std::isfinite(motion_.putDown())) {
-    X_WO_end_ = heldBy(holders_.back(), robotsAt(motion_.putDown()));
-  }
+  findHolds();
 }
 
-LinkPlace Playback::linkOf(const std::string& robot, const std::string& link) const {
-  for (std::size_t r = 0; r < robots_.size(); ++r) {
-    if (robots_[r].name == robot) return {r, robots_[r].model.linkIndex(link)};
-  }
-  throw std::out_of_range(robot);
+std::string Playback::labelOf(const StageTrajectory& stage) const {
+  const ArmName& arm = plan().solution.holders[stage.holder].arm;
+  return arm.robot + "/" + arm.arm + " " + toString(stage.action);
 }
 
-void Playback::addObject(const Json& json) {
-  SceneObject object;
-  object.name = json.at("name");
-  object.geometry = geometryOf(json.at("geometry"));
-  object.X_WO = poseOf(json.at("X_WO"));
-  if (const Json& attached = json.at("attached_to"); !attached.is_null()) {
-    object.attached_to = linkOf(attached.at("robot"), attached.at("link"));
-    object.X_LO = poseOf(attached.at("X_LO"));
+Playback::LinkPlace Playback::linkOf(const std::string& robot, const std::string& link) const {
+  for (std::size_t r = 0; r < models_.size(); ++r) {
+    if (scene().robots[r].name != robot) continue;
+    if (const auto index = models_[r].findLink(link)) return {r, *index};
   }
-  objects_.push_back(std::move(object));
+  throw PlanFileError("/", "the URDF of " + robot + " has no link " + link);
+}
+
+void Playback::findHolds() {
+  holds_.resize(tools_.size());
+  for (const StageTrajectory& stage : plan().stages) {
+    const double end = stage.start + stage.t.back();
+    if (stage.action == StageAction::kGrasp) holds_[stage.holder].from = end;
+    if (stage.action == StageAction::kRelease) holds_[stage.holder].to = end;
+  }
+  if (const double end = holds_.back().to; std::isfinite(end)) {
+    X_WO_end_ = heldBy(holds_.size() - 1, robotsAt(end));
+  }
 }
 
 Moment Playback::at(double time) const {
   Moment moment = robotsAt(time);
-  for (std::size_t o = 0; o < objects_.size(); ++o) {
+  for (std::size_t o = 0; o < scene().objects.size(); ++o) {
     moment.X_WO.push_back(objectAt(o, time, moment));
   }
   return moment;
@@ -64,30 +59,36 @@ Moment Playback::at(double time) const {
 
 Moment Playback::robotsAt(double time) const {
   Moment moment;
-  for (const SceneRobot& robot : robots_) {
-    moment.q.push_back(motion_.jointsAt(robot.name, robot.q_start, time));
-    moment.X_WL.push_back(robot.model.linkPoses(robot.X_WB, moment.q.back()));
+  for (std::size_t r = 0; r < models_.size(); ++r) {
+    const RobotSnapshot& robot = scene().robots[r];
+    const std::vector<client::JointState> states = motion_.sample(r, time);
+    Positions q;
+    for (std::size_t j = 0; j < states.size(); ++j) q[robot.q_start[j].first] = states[j].q;
+    moment.X_WL.push_back(models_[r].linkPoses(toPose(robot.X_WB), q));
+    moment.q.push_back(std::move(q));
   }
   return moment;
 }
 
-Pose Playback::heldBy(const Holder& holder, const Moment& moment) const {
-  return moment.X_WL[holder.tool.robot][holder.tool.link] * holder.X_TO;
+Pose Playback::heldBy(std::size_t holder, const Moment& moment) const {
+  const LinkPlace& tool = tools_[holder];
+  const Pose X_OT = toPose(plan().solution.holders[holder].X_OT);
+  return moment.X_WL[tool.robot][tool.link] * X_OT.inverse();
 }
 
 Pose Playback::plannedObjectAt(double time, const Moment& moment) const {
-  for (std::size_t h = 0; h < holders_.size(); ++h) {
-    const HoldTime& hold = motion_.holds()[h];
-    if (hold.from <= time && time < hold.to) return heldBy(holders_[h], moment);
+  for (std::size_t holder = 0; holder < holds_.size(); ++holder) {
+    if (holds_[holder].from <= time && time < holds_[holder].to) return heldBy(holder, moment);
   }
-  return time >= motion_.putDown() ? X_WO_end_ : objects_[object_].X_WO;
+  return time >= holds_.back().to ? X_WO_end_ : toPose(scene().start.X_WO);
 }
 
 Pose Playback::objectAt(std::size_t index, double time, const Moment& moment) const {
-  const SceneObject& object = objects_[index];
-  if (index == object_) return plannedObjectAt(time, moment);
-  if (!object.attached_to) return object.X_WO;
-  return moment.X_WL[object.attached_to->robot][object.attached_to->link] * object.X_LO;
+  const ObjectSnapshot& object = scene().objects[index];
+  if (object.name == scene().object) return plannedObjectAt(time, moment);
+  const auto& link = attached_to_[index];
+  if (!link) return toPose(object.X_WO);
+  return moment.X_WL[link->robot][link->link] * toPose(object.attached_to->X_LO);
 }
 
 }  // namespace handover::view

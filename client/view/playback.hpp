@@ -2,11 +2,11 @@
 // Where everything in the cell is while a plan runs.
 #pragma once
 
-#include "view/motion.hpp"
 #include "view/robot.hpp"
 
-#include <nlohmann/json_fwd.hpp>
+#include <handover/client/plan_motion.hpp>
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,33 +15,7 @@ namespace handover::view {
 
 class RootFiles;
 
-struct SceneRobot {
-  std::string name, urdf;
-  Robot model;
-  Pose X_WB = Pose::Identity();
-  Positions q_start;
-};
-
-/// A link of a robot of the scene.
-struct LinkPlace {
-  std::size_t robot = 0, link = 0;
-};
-
-struct SceneObject {
-  std::string name;
-  Geometry geometry;
-  Pose X_WO = Pose::Identity();          ///< at the start
-  std::optional<LinkPlace> attached_to;  ///< for good
-  Pose X_LO = Pose::Identity();
-};
-
-struct Holder {
-  std::string robot, arm;
-  LinkPlace tool;
-  Pose X_TO = Pose::Identity();
-};
-
-/// The cell at one moment, in the order of robots, links and objects.
+/// The cell at one moment, in the order of the scene's robots and objects.
 struct Moment {
   std::vector<Positions> q;
   std::vector<std::vector<Pose>> X_WL;
@@ -50,38 +24,50 @@ struct Moment {
 
 class Playback {
  public:
-  /// @param file a plan file with a plan. @throws Unreadable, nlohmann::json::exception, or
-  /// std::out_of_range for a name of a robot or link that is not there.
-  Playback(const nlohmann::json& file, const RootFiles& files);
+  /// @throws PlanFileError without scene or plan, for a URDF that cannot be read, and for links
+  /// that are not there.
+  Playback(client::PlanFile file, const RootFiles& files);
 
-  const std::vector<SceneRobot>& robots() const { return robots_; }
+  const SceneSnapshot& scene() const { return motion_.scene(); }
 
-  const std::vector<SceneObject>& objects() const { return objects_; }
+  const client::Plan& plan() const { return motion_.plan(); }
 
-  /// Index of the object that is brought.
-  std::size_t object() const { return object_; }
+  /// The scene's robots' models.
+  const std::vector<Robot>& models() const { return models_; }
 
-  const std::vector<Holder>& holders() const { return holders_; }
+  /// The plan's end [s].
+  double duration() const { return motion_.duration(); }
 
-  const Motion& motion() const { return motion_; }
+  /// "robot/arm action".
+  std::string labelOf(const StageTrajectory& stage) const;
 
   Moment at(double time) const;
 
  private:
+  /// A link of a robot of the scene.
+  struct LinkPlace {
+    std::size_t robot = 0, link = 0;
+  };
+
+  /// From the end of a grasp, or the plan's start, to the end of a release, or for good [s].
+  struct HoldTime {
+    double from = 0, to = std::numeric_limits<double>::infinity();
+  };
+
   LinkPlace linkOf(const std::string& robot, const std::string& link) const;
-  void addObject(const nlohmann::json& json);
+  void findHolds();
   /// Without objects.
   Moment robotsAt(double time) const;
-  Pose heldBy(const Holder& holder, const Moment& moment) const;
+  Pose heldBy(std::size_t holder, const Moment& moment) const;
   Pose plannedObjectAt(double time, const Moment& moment) const;
   Pose objectAt(std::size_t index, double time, const Moment& moment) const;
 
-  std::vector<SceneRobot> robots_;
-  std::vector<SceneObject> objects_;
-  std::size_t object_ = 0;
-  std::vector<Holder> holders_;
-  Motion motion_;
-  Pose X_WO_end_ = Pose::Identity();  ///< where the last holder leaves the object
+  client::PlanMotion motion_;
+  std::vector<Robot> models_;
+  std::vector<LinkPlace> tools_;                       ///< of the plan's holders
+  std::vector<HoldTime> holds_;                        ///< likewise
+  std::vector<std::optional<LinkPlace>> attached_to_;  ///< of the scene's objects
+  Pose X_WO_end_ = Pose::Identity();                   ///< where the last holder leaves the object
 };
 
 }  // namespace handover::view

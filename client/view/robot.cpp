@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/robot.hpp"
 
-#include "view/unreadable.hpp"
+#include <handover/client/plan_file.hpp>
 
 #include <tinyxml2.h>
 
@@ -13,6 +13,7 @@
 namespace handover::view {
 namespace {
 
+using client::PlanFileError;
 using Element = tinyxml2::XMLElement;
 
 /// Reads elements of one URDF; faults name its line.
@@ -21,7 +22,7 @@ class Reader {
   explicit Reader(const std::string& where) : where_(where) {}
 
   [[noreturn]] void fail(const Element& element, const std::string& what) const {
-    throw Unreadable(where_ + ":" + std::to_string(element.GetLineNum()), what);
+    throw PlanFileError(where_ + ":" + std::to_string(element.GetLineNum()), what);
   }
 
   std::string word(const Element& element, const char* name) const {
@@ -147,10 +148,10 @@ Pose moved(const Joint& joint, double position) {
 Robot::Robot(const std::string& urdf, const std::string& where) {
   tinyxml2::XMLDocument document;
   if (document.Parse(urdf.data(), urdf.size()) != tinyxml2::XML_SUCCESS) {
-    throw Unreadable(where, document.ErrorStr());
+    throw PlanFileError(where, document.ErrorStr());
   }
   const Element* robot = document.FirstChildElement("robot");
-  if (robot == nullptr) throw Unreadable(where, "no <robot> element");
+  if (robot == nullptr) throw PlanFileError(where, "no <robot> element");
   const Reader reader(where);
   for (auto* link = robot->FirstChildElement("link"); link != nullptr;
        link = link->NextSiblingElement("link")) {
@@ -163,7 +164,12 @@ Robot::Robot(const std::string& urdf, const std::string& where) {
     joints.push_back(reader.joint(*joint, index_));
   }
   joints_ = inTreeOrder(joints, links_.size());
-  if (joints_.size() != joints.size()) throw Unreadable(where, "its links form no tree");
+  if (joints_.size() != joints.size()) throw PlanFileError(where, "its links form no tree");
+}
+
+std::optional<std::size_t> Robot::findLink(const std::string& name) const {
+  const auto found = index_.find(name);
+  return found == index_.end() ? std::nullopt : std::optional(found->second);
 }
 
 double Robot::positionOf(const Joint& joint, const Positions& q) const {

@@ -42,7 +42,7 @@ struct Joint {
 
 class Robot {
  public:
-  /// @param where names the URDF in errors. @throws Unreadable
+  /// @param where names the URDF in errors. @throws client::PlanFileError
   Robot(const std::string& urdf, const std::string& where);
 
   const std::vector<Link>& links() const { return links_; }
@@ -50,8 +50,7 @@ class Robot {
   /// Of the joints that move, parents first.
   const std::vector<Joint>& joints() const { return joints_; }
 
-  /// @throws std::out_of_range
-  std::size_t linkIndex(const std::string& name) const { return index_.at(name); }
+  std::optional<std::size_t> findLink(const std::string& name) const;
 
   /// Mimic joints follow their law; a joint that `q` does not name is at 0.
   double positionOf(const Joint& joint, const Positions& q) const;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/root_files.hpp"
 
-#include "view/unreadable.hpp"
+#include <handover/client/plan_file.hpp>
 
 #include <cstdint>
 #include <cstdlib>
@@ -13,16 +13,17 @@ namespace handover::view {
 namespace {
 
 namespace fs = std::filesystem;
+using client::PlanFileError;
 
 constexpr std::uintmax_t kMaxFileBytes = 64u << 20;
 
 void requireFile(const fs::path& file) {
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
-  if (status.type() == fs::file_type::not_found) throw Unreadable(file.string(), "no such file");
-  if (!fs::is_regular_file(status)) throw Unreadable(file.string(), "is not a regular file");
+  if (status.type() == fs::file_type::not_found) throw PlanFileError(file.string(), "no such file");
+  if (!fs::is_regular_file(status)) throw PlanFileError(file.string(), "is not a regular file");
   if (fs::file_size(file, error) > kMaxFileBytes || error) {
-    throw Unreadable(file.string(), "too large");
+    throw PlanFileError(file.string(), "too large");
   }
 }
 
@@ -73,7 +74,7 @@ std::string RootFiles::read(const std::string& path) const {
   const fs::path file = pathOf(path);
   requireFile(file);
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw Unreadable(file.string(), "cannot be opened");
+  if (!stream) throw PlanFileError(file.string(), "cannot be opened");
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 

@@ -20,7 +20,7 @@ class RootFiles {
   std::filesystem::path pathOf(const std::string& path) const { return root_ / path; }
 
   /// The content of a regular file of at most 64 MiB; devices and pipes are never opened.
-  /// @throws Unreadable
+  /// @throws client::PlanFileError
   std::string read(const std::string& path) const;
 
   /// The file that a URDF's mesh name means, as a path for read(): package://NAME/REST is looked

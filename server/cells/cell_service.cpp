@@ -101,7 +101,7 @@ std::vector<CellInfo> CellService::cells() const {
   std::vector<CellInfo> infos;
   for (const auto& loaded : cells_) {
     infos.push_back({loaded.cell.name(), loaded.cell.taskNames(), loaded.revision,
-                     loaded.scene_hash, loaded.cell.variations()});
+                     loaded.cell.variations(), loaded.scene_hash});
   }
   return infos;
 }

@@ -46,7 +46,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(AtRest{"butler", {}}, AtRest{"butler_left", {}}, AtRest{"kneeling", {}},
                     AtRest{"stool", {}},
                     AtRest{"stool", {{"robots.hubo.base.xyz", "[0, -0.276, 0.748]"}}},
-                    AtRest{"stool", {{"robots.hubo.base.xyz", "[0, 0.037, 1.273]"}}}));
+                    AtRest{"stool", {{"robots.hubo.base.xyz", "[0, 0.015, 1.273]"}}}));
 
 }  // namespace
 }  // namespace handover

@@ -139,6 +139,70 @@ TEST(Links, AreAsLargeAsThePublishedMeshes) {
   EXPECT_LT(worst, 0.003);
 }
 
+/// Bounds of the part of some convex shapes that lies within lo..hi of an axis.
+Eigen::AlignedBox3d sliceBounds(const std::vector<Shape>& shapes, int axis, double lo, double hi) {
+  Eigen::AlignedBox3d bounds;
+  for (const Shape& shape : shapes) {
+    const auto& hull = std::get<ConvexShape>(shape.geometry);
+    for (const auto& t : hull.triangles) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        const Vector3d a = shape.X_BS * hull.vertices[static_cast<std::size_t>(t[i])];
+        const Vector3d b = shape.X_BS * hull.vertices[static_cast<std::size_t>(t[(i + 1) % 3])];
+        if (a[axis] >= lo && a[axis] <= hi) bounds.extend(a);
+        for (const double cut : {lo, hi}) {
+          if ((a[axis] - cut) * (b[axis] - cut) < 0) {
+            bounds.extend(Vector3d(a + (cut - a[axis]) / (b[axis] - a[axis]) * (b - a)));
+          }
+        }
+      }
+    }
+  }
+  return bounds;
+}
+
+TEST(Links, CoverThePublishedMeshesSliceBySlice) {
+  RobotModel model;
+  double worst = 0;
+  int compared = 0;
+  const auto compare = [&](const std::string& link, int axis, Eigen::AlignedBox3d theirs) {
+    const int index = model.findLink(link);
+    ASSERT_GE(index, 0) << link;
+    const auto ours = sliceBounds(model.links[static_cast<std::size_t>(index)].collision, axis,
+                                  theirs.min()[axis], theirs.max()[axis]);
+    ASSERT_FALSE(ours.isEmpty()) << link;
+    // Along the axis itself only the end slices are bounded by the mesh.
+    Vector3d short_by = (ours.min() - theirs.min()).cwiseMax(theirs.max() - ours.max());
+    short_by[axis] = 0;
+    EXPECT_LT(short_by.maxCoeff(), 0.005) << link << " from " << theirs.min()[axis];
+    worst = std::max(worst, short_by.maxCoeff());
+    ++compared;
+  };
+  for (const auto& row : testing::readTable(std::filesystem::path(HANDOVER_SOURCE_DIR) /
+                                            "tests/robots/link_extents.txt")) {
+    if (row[0] == "robot") {
+      model = testing::loadBody(row.at(1));
+      continue;
+    }
+    const int axis = row.at(1)[0] - 'x', u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+    Vector3d low, high;
+    std::size_t column = 2;
+    for (const int coordinate : {axis, u, v}) {
+      low[coordinate] = std::stod(row.at(column++)) / 1000;
+      high[coordinate] = std::stod(row.at(column++)) / 1000;
+    }
+    compare(row[0], axis, {low, high});
+    if (row[0].starts_with("left_")) {
+      compare("right_" + row[0].substr(5), axis, {low, high});
+    } else if (row[0].starts_with("Body_L")) {
+      const Vector3d mirrored_low(low.x(), -high.y(), low.z());
+      const Vector3d mirrored_high(high.x(), -low.y(), high.z());
+      compare("Body_R" + row[0].substr(6), axis, {mirrored_low, mirrored_high});
+    }
+  }
+  EXPECT_EQ(compared, 2 * 31 + 21 + 2 * 53);
+  EXPECT_LT(worst, 0.004);
+}
+
 TEST(Links, EveryLinkOfTheArmsAndHandsHasAShape) {
   for (const char* name : {"crichton", "hubo"}) {
     const RobotModel model = testing::loadBody(name);
@@ -183,13 +247,97 @@ TEST(Objects, HaveThePublishedSizes) {
       {"milk_carton", {-0.0435, -0.0435, -0.1195}, {0.0435, 0.0435, 0.1195}},
       {"hammer", {-0.016, -0.075, -0.170}, {0.016, 0.057, 0.160}},
       {"dog_plate", {-0.149, -0.149, -0.05}, {0.149, 0.149, 0.05}},
-      {"stool", {-0.1985, -0.394, -0.475}, {0.1985, 0.218, 0.605}},
-      {"dog", {-0.109, -0.266, -0.420}, {0.109, 0.528, 0.243}},
+      {"stool", {-0.200, -0.394, -0.475}, {0.1965, 0.218, 0.605}},
+      // Its paws reach down to the floor; the published ones end at -0.386.
+      {"dog", {-0.109, -0.266, -0.420}, {0.109, 0.528, 0.277}},
   };
   for (const Row& row : rows) {
     const auto bounds = objectBounds(row.name);
     EXPECT_LT((bounds.min() - row.min).cwiseAbs().maxCoeff(), 1e-3) << row.name;
     EXPECT_LT((bounds.max() - row.max).cwiseAbs().maxCoeff(), 1e-3) << row.name;
+  }
+}
+
+/// How far a point is outside the nearest of some convex shapes, by their planes.
+double outside(const std::vector<Shape>& shapes, const Vector3d& p) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Shape& shape : shapes) {
+    const auto& hull = std::get<ConvexShape>(shape.geometry);
+    const Vector3d p_S = shape.X_BS.inverse() * p;
+    double farthest = -nearest;
+    for (const auto& t : hull.triangles) {
+      const auto corner = [&](std::size_t i) {
+        return hull.vertices[static_cast<std::size_t>(t[i])];
+      };
+      const Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+      farthest = std::max(farthest, normal.dot(p_S - corner(0)));
+    }
+    nearest = std::min(nearest, farthest);
+  }
+  return nearest;
+}
+
+/// Points of the published furniture (ana-GT/commonData @ 258f6e1, objects/) that a simpler shape
+/// would leave out.
+TEST(Objects, HaveTheFurnituresPartsToo) {
+  struct Row {
+    const char* name;
+    std::vector<Vector3d> points;
+  };
+
+  const Row rows[] = {
+      // A U handle at each end, the three shelves' edges, the wheels.
+      {"cart",
+       {{0.026, 0.29, 0.96},
+        {0.948, 0.29, 0.96},
+        {0.037, 0.033, 0.94},
+        {0.959, 0.55, 0.94},
+        {0.036, 0.044, 0.5},
+        {0.949, 0.54, 0.3},
+        {0.034, 0.29, 0.786},
+        {0.952, 0.031, 0.816},
+        {0.5, 0.553, 0.479},
+        {0.5, 0.031, 0.159},
+        {-0.011, 0.02, 0.05},
+        {0.997, 0.565, 0.05}}},
+      // Rails joined by a bar, a brace behind, legs up to 0.42, steps of 38 mm.
+      {"stool",
+       {{0, 0.11, 0.604},
+        {0, 0.15, 0.586},
+        {0, 0.137, 0.556},
+        {0.1, 0.168, -0.316},
+        {-0.19, 0.074, 0.42},
+        {0.19, 0.045, 0.36},
+        {-0.199, -0.393, -0.474},
+        {0, -0.2, 0.013},
+        {0, 0.15, 0.275}}},
+      // Struts of the posts, legs 25 mm inside the corners, the letters of the sign.
+      {"table",
+       {{0.192, 0.01, 0.674},
+        {0.418, 1.82, 0.674},
+        {0.26, 0.02, 0.72},
+        {0.305, 0.125, 0.674},
+        {0.305, 1.73, 1.89},
+        {0.026, 0.026, 0.1},
+        {0.583, 1.80, 0.6},
+        {0.323, 0.9, 2.1}}},
+      {"dog",
+       {{0.085, -0.13, 0.276},
+        {0, -0.26, 0.1},
+        {0.05, -0.09, -0.38},
+        {0.108, -0.03, -0.1},
+        {0.05, 0.28, -0.38},
+        {0, 0.52, 0.11},
+        {0, 0.48, 0.148}}},
+  };
+  for (const Row& row : rows) {
+    const auto shapes = readConvexMesh(
+        testing::robotsFolder() / "objects" / row.name / (row.name + std::string(".obj")),
+        Vector3d::Ones());
+    for (const Vector3d& p : row.points) {
+      EXPECT_LT(outside(shapes, p), 0.005) << row.name << " " << p.transpose();
+    }
+    EXPECT_GT(outside(shapes, {3, 0, 0}), 1) << row.name;
   }
 }
 

@@ -68,6 +68,7 @@ class ArmBuilder {
     joint.upper = upper;
     joint.velocity = 1;
     joint.acceleration = 0.8;
+    joint.jerk = 8;
     if (type != JointType::kFixed) {
       joint.dof = static_cast<int>(model_.dof_joints.size());
       model_.dof_joints.push_back(index);

@@ -233,7 +233,8 @@ class Viewer {
     find('clock').textContent = `${time.toFixed(2)} / ${this.duration.toFixed(2)} s`;
     find('stage-name').textContent = running.length > 0 ? running.map((entry) => labelOf(plan, entry)).join(' + ') : 'all stand still';
     const holders = motion.holdersAt(time).map((holder) => armOf(plan.holders[holder]));
-    find('stage-text').textContent = `${labelOf(plan, stage)}: ${stage.joints.length} joints, ${durationOf(stage).toFixed(2)} s; ` +
+    const which = running.length === 1 ? '' : `${labelOf(plan, stage)}: `;
+    find('stage-text').textContent = `${which}${stage.joints.length} joints, ${durationOf(stage).toFixed(2)} s; ` +
         (holders.length ? `${holders.join(' and ')} holding the ${this.scene.object}` : `nobody holds the ${this.scene.object}`);
     this.plot.setStage(stage, this.unitOf(stage));
     this.plot.draw(time - stage.start);

@@ -10,9 +10,9 @@ namespace {
 
 constexpr double kMostSteps = 100'000;
 
-std::string faultOf(const FollowIk& follow, const ArmVector& q_from, const Pose& X_AT_from,
+std::string faultOf(const TrackPoseIk& track, const ArmVector& q_from, const Pose& X_AT_from,
                     const Pose& X_AT_to, const StraightSettings& settings) {
-  if (!follow) return "follow: no function";
+  if (!track) return "track: no function";
   if (q_from.size() == 0 || !q_from.allFinite()) return "q_from: empty or not finite";
   if (!X_AT_from.matrix().allFinite()) return "X_AT_from: not finite";
   if (!X_AT_to.matrix().allFinite()) return "X_AT_to: not finite";
@@ -28,10 +28,10 @@ std::string passed(int step, int steps) {
 
 }  // namespace
 
-Result<JointPath> straightLine(const FollowIk& follow, const ArmVector& q_from,
+Result<JointPath> straightLine(const TrackPoseIk& track, const ArmVector& q_from,
                                const Pose& X_AT_from, const Pose& X_AT_to,
                                const StraightSettings& settings) {
-  if (const std::string fault = faultOf(follow, q_from, X_AT_from, X_AT_to, settings);
+  if (const std::string fault = faultOf(track, q_from, X_AT_from, X_AT_to, settings);
       !fault.empty()) {
     return {ErrorCode::kInvalidInput, fault};
   }
@@ -55,7 +55,7 @@ Result<JointPath> straightLine(const FollowIk& follow, const ArmVector& q_from,
       X_AT.linear() = quat_from.slerp(s, quat_to).toRotationMatrix();
     }
     ArmVector q;
-    if (!trackPose(X_AT, path.waypoints.back(), settings.max_joint_step, q)) {
+    if (!track(X_AT, path.waypoints.back(), settings.max_joint_step, q)) {
       return {ErrorCode::kUnreachable, passed(k - 1, steps)};
     }
     path.waypoints.push_back(q);

@@ -19,16 +19,16 @@ struct StraightSettings {
   double max_joint_step = 0.15;   ///< [rad] of one joint between waypoints; more is a jump
 };
 
-/// Continues a configuration to a near tool pose, as ArmKinematics::follow() does.
-using FollowIk =
+/// Continues a configuration to a near tool pose, as ArmKinematics::trackPose() does.
+using TrackPoseIk =
     std::function<bool(const Pose& X_AT, const ArmVector& q_near, double max_step, ArmVector& q)>;
 
 /// The joint path on which T goes straight from X_AT_from to X_AT_to: positions linearly, rotations
-/// by slerp, both in step. Its first waypoint is `q_from` to the bit. kUnreachable where `follow`
+/// by slerp, both in step. Its first waypoint is `q_from` to the bit. kUnreachable where `track`
 /// gives up: the detail tells which part of the line was passed. kInvalidInput: not finite, no
 /// function, settings <= 0.
 /// @pre X_AT_from is the tool's pose at q_from. A line the other way round is the path reversed.
-Result<JointPath> straightLine(const FollowIk& follow, const ArmVector& q_from,
+Result<JointPath> straightLine(const TrackPoseIk& track, const ArmVector& q_from,
                                const Pose& X_AT_from, const Pose& X_AT_to,
                                const StraightSettings& settings = {});
 
@@ -36,11 +36,11 @@ Result<JointPath> straightLine(const FollowIk& follow, const ArmVector& q_from,
 inline Result<JointPath> straightLine(const ArmKinematics& kinematics, const ArmVector& q_from,
                                       const Pose& X_AT_from, const Pose& X_AT_to,
                                       const StraightSettings& settings = {}) {
-  const FollowIk follow = [&](const Pose& X_AT, const ArmVector& q_near, double max_step,
-                              ArmVector& q) {
+  const TrackPoseIk track = [&](const Pose& X_AT, const ArmVector& q_near, double max_step,
+                                ArmVector& q) {
     return kinematics.trackPose(X_AT, q_near, max_step, q);
   };
-  return straightLine(follow, q_from, X_AT_from, X_AT_to, settings);
+  return straightLine(track, q_from, X_AT_from, X_AT_to, settings);
 }
 
 }  // namespace handover

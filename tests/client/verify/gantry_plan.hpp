@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small cell made in a temporary folder, and a plan for it that is right in every respect: two
-// gantries with wrists and two-finger grippers hand a box over. Tests spoil it in one place each.
+// A small cell made in a temporary folder, and plans for it that are right in every respect:
+// gantries with wrists and two-finger grippers, or suction cups, bring a box from a table to a
+// shelf. Tests spoil them in one place each.
 #pragma once
 
 #include "support/temporary_folder.hpp"
@@ -15,7 +16,18 @@ namespace handover::verify::test {
 
 using Json = nlohmann::json;
 
-/// Folder with robots/gantry/gantry.urdf and .srdf; removed in the end.
+struct PlanOptions {
+  int holders = 2;             ///< 1 to 3
+  bool held_at_start = false;  ///< the first has the box in hand
+  bool ends_held = false;      ///< the last keeps it
+  bool suction = false;        ///< all of them
+  bool joined = false;         ///< lift and carry, retreat and home without a stop
+  bool upright = false;
+  double slack = 0.25;         ///< [s]
+  double last_retreat = 0.15;  ///< [m]
+};
+
+/// Folder with robots/gantry and robots/cup; removed in the end.
 class GantryCell {
  public:
   GantryCell();
@@ -25,18 +37,22 @@ class GantryCell {
   void write(const std::string& file, const std::string& text) const;
 
   /// The right plan.
-  Json plan() const;
+  Json plan(const PlanOptions& options = {}) const;
 
  private:
   handover::test::TemporaryFolder root_;
 };
 
-/// The stage of that kind in the plan file.
-Json& stage(Json& file, const std::string& kind);
+/// The holder's stage of that action in the plan file.
+Json& stage(Json& file, int holder, const std::string& action);
 /// The named object or robot of the plan file.
 Json& object(Json& file, const std::string& name);
 Json& robot(Json& file, const std::string& name);
 
+/// Sets every start as early as the stages' `after` allows.
+void startEarly(Json& file);
+
+Json pose(const std::vector<double>& xyz, const std::vector<double>& quat = {1, 0, 0, 0});
 Json boxObject(const std::string& name, const std::vector<double>& size,
                const std::vector<double>& xyz);
 

@@ -56,7 +56,9 @@ class StateObj : public testing::Test {
   }
 
   Eigen::Vector3d point(const char* name) const {
-    const auto p = plan_["plan"][name]["xyz"].get<std::vector<double>>();
+    const Json& X_WO = name == std::string("handover") ? plan_["plan"]["handovers"][0]
+                                                       : plan_["scene"][name]["X_WO"];
+    const auto p = X_WO["xyz"].get<std::vector<double>>();
     return {p[0], p[1], p[2]};
   }
 
@@ -66,7 +68,7 @@ class StateObj : public testing::Test {
 
 TEST_F(StateObj, HasEveryBodyOnce) {
   const auto groups = at("start");
-  for (const Json& object : plan_["plan"]["objects"]) {
+  for (const Json& object : plan_["scene"]["objects"]) {
     EXPECT_THAT(groups, Contains(Key(object["name"].get<std::string>())));
   }
   int links = 0;
@@ -78,18 +80,18 @@ TEST_F(StateObj, HasEveryBodyOnce) {
 }
 
 TEST_F(StateObj, HasTheObjectWhereTheStageLeftIt) {
-  EXPECT_LT((at("start").at("box").box.center() - point("X_WO_start")).norm(), 1e-5);
-  EXPECT_LT((at("giver_grasp").at("box").box.center() - point("X_WO_start")).norm(), 1e-5);
-  EXPECT_LT((at("giver_transfer").at("box").box.center() - point("X_WO_handover")).norm(), 1e-4);
-  EXPECT_LT((at("receiver_grasp").at("box").box.center() - point("X_WO_handover")).norm(), 1e-4);
-  EXPECT_LT((at("receiver_place").at("box").box.center() - point("X_WO_goal")).norm(), 1e-3);
-  EXPECT_LT((at("end").at("box").box.center() - point("X_WO_goal")).norm(), 1e-3);
+  EXPECT_LT((at("start").at("box").box.center() - point("start")).norm(), 1e-5);
+  EXPECT_LT((at("grasp.0").at("box").box.center() - point("start")).norm(), 1e-5);
+  EXPECT_LT((at("carry.0").at("box").box.center() - point("handover")).norm(), 1e-4);
+  EXPECT_LT((at("7").at("box").box.center() - point("handover")).norm(), 1e-4);
+  EXPECT_LT((at("place.1").at("box").box.center() - point("goal")).norm(), 1e-3);
+  EXPECT_LT((at("end").at("box").box.center() - point("goal")).norm(), 1e-3);
 }
 
 TEST_F(StateObj, HasTheRobotsWhereTheStageLeftThem) {
   // The giver's hand goes with what it carries; at the end all stand as at the start.
   const auto box = [&](const char* kind) { return at(kind).at("box").box; };
-  for (const char* kind : {"giver_grasp", "giver_transfer"}) {
+  for (const char* kind : {"grasp.0", "carry.0"}) {
     double nearest = 1e9;
     for (const auto& [name, group] : at(kind)) {
       if (name.rfind("g/", 0) == 0)
@@ -105,10 +107,11 @@ TEST_F(StateObj, HasTheRobotsWhereTheStageLeftThem) {
 }
 
 TEST_F(StateObj, KnowsTheStagesByName) {
-  for (const char* kind : {"start", "end", "giver_reach", "receiver_retreat"}) {
+  for (const char* kind : {"start", "end", "0", "15", "reach.0", "home.1"}) {
     EXPECT_TRUE(namesState(kind)) << kind;
   }
-  for (const char* kind : {"", "giver", "Start", "giver_grasp "}) {
+  for (const char* kind :
+       {"", "giver", "Start", "grasp", "grasp.", "grasp.x", "-1", "3 ", "push.0"}) {
     EXPECT_FALSE(namesState(kind)) << kind;
   }
 }
@@ -116,6 +119,7 @@ TEST_F(StateObj, KnowsTheStagesByName) {
 TEST_F(StateObj, RefusesWhatItCannotUnderstand) {
   EXPECT_THROW(stateObj("{", cell_.root(), "start"), Unreadable);
   EXPECT_THROW(stateObj(plan_.dump(), cell_.root() / "nowhere", "start"), Unreadable);
+  EXPECT_THROW(stateObj(plan_.dump(), cell_.root(), "16"), Unreadable);
   plan_["plan"]["stages"].erase(3);
   EXPECT_THROW(stateObj(plan_.dump(), cell_.root(), "start"), Unreadable);
 }

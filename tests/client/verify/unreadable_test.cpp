@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Malformed plan files and files that they name: exit 2, and the field by name.
 #include "gantry_plan.hpp"
+#include "verify/sha256.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -39,48 +40,64 @@ INSTANTIATE_TEST_SUITE_P(
     Fields, UnreadablePlan,
     testing::Values(
         Case{"NotAnObject", [](Json& f) { f = Json::array(); }, "/: expected an object"},
-        Case{"WrongFormat", [](Json& f) { f["format"] = "handover-plan/2"; }, "/format"},
-        Case{"NoPlan", [](Json& f) { f.erase("plan"); }, "/plan: missing"},
+        Case{"OldFormat", [](Json& f) { f["format"] = "handover-plan/1"; }, "/format"},
+        Case{"PlanMissing", [](Json& f) { f.erase("plan"); }, "/plan: missing"},
+        Case{"PlanNull", [](Json& f) { f["plan"] = nullptr; }, "/plan: the file has no plan"},
+        Case{"SceneMissing", [](Json& f) { f.erase("scene"); }, "/scene: missing"},
+        Case{"QualityMissing", [](Json& f) { f.erase("quality"); }, "/quality: missing"},
+        Case{"QualityIsText", [](Json& f) { f["quality"] = "good"; }, "/quality: expected an object"},
+        Case{"QualityWithoutBound",
+             [](Json& f) {
+               f["quality"] = {{"duration_s", 1}};
+             },
+             "/quality/bound_s: missing"},
         Case{"CompleteIsText", [](Json& f) { f["complete"] = "yes"; }, "/complete"},
-        Case{"NoSeed", [](Json& f) { f["plan"].erase("seed"); }, "/plan/seed: missing"},
-        Case{"NegativeSeed", [](Json& f) { f["plan"]["seed"] = -1; }, "/plan/seed"},
+        Case{"NoSeed", [](Json& f) { f["scene"].erase("seed"); }, "/scene/seed: missing"},
+        Case{"NegativeSeed", [](Json& f) { f["scene"]["seed"] = -1; }, "/scene/seed"},
         Case{"HashNotHex", [](Json& f) { robot(f, "g")["urdf_sha256"] = "xyz"; },
-             "/plan/robots/0/urdf_sha256"},
+             "/scene/robots/0/urdf_sha256"},
+        Case{"YamlHashMissing", [](Json& f) { robot(f, "g").erase("yaml_sha256"); },
+             "/scene/robots/0/yaml_sha256: missing"},
         Case{"ShortQuaternion",
              [](Json& f) {
-               f["plan"]["X_WO_goal"]["quat_wxyz"] = {1, 0, 0};
+               f["scene"]["goal"]["X_WO"]["quat_wxyz"] = {1, 0, 0};
              },
-             "/plan/X_WO_goal/quat_wxyz"},
+             "/scene/goal/X_WO/quat_wxyz"},
         Case{"QuaternionNotUnit",
              [](Json& f) {
-               f["plan"]["X_WO_start"]["quat_wxyz"] = {1.01, 0, 0, 0};
+               f["scene"]["start"]["X_WO"]["quat_wxyz"] = {1.01, 0, 0, 0};
              },
-             "/plan/X_WO_start/quat_wxyz"},
-        Case{"PositionIsText", [](Json& f) { f["plan"]["X_WO_goal"]["xyz"][1] = "0"; },
-             "/plan/X_WO_goal/xyz/1"},
+             "/scene/start/X_WO/quat_wxyz"},
+        Case{"HandoverQuaternionNotUnit",
+             [](Json& f) {
+               f["plan"]["handovers"][0]["quat_wxyz"] = {0.9, 0, 0, 0};
+             },
+             "/plan/handovers/0/quat_wxyz"},
+        Case{"PositionIsText", [](Json& f) { f["scene"]["goal"]["X_WO"]["xyz"][1] = "0"; },
+             "/scene/goal/X_WO/xyz/1"},
         Case{"NullCoordinate", [](Json& f) { object(f, "post")["X_WO"]["xyz"][0] = nullptr; },
-             "/plan/objects/3/X_WO/xyz/0"},
+             "/scene/objects/3/X_WO/xyz/0"},
         Case{"HugeCoordinate", [](Json& f) { object(f, "post")["X_WO"]["xyz"][0] = 1e300; },
-             "/plan/objects/3/X_WO/xyz/0"},
+             "/scene/objects/3/X_WO/xyz/0"},
         Case{"UnknownGeometry", [](Json& f) { object(f, "post")["geometry"]["type"] = "cone"; },
-             "/plan/objects/3/geometry/type"},
+             "/scene/objects/3/geometry/type"},
         Case{"NegativeBox",
              [](Json& f) {
                object(f, "post")["geometry"]["size"] = {0.1, -0.1, 0.1};
              },
-             "/plan/objects/3/geometry/size"},
+             "/scene/objects/3/geometry/size"},
         Case{"EmptyCompound",
              [](Json& f) {
                object(f, "post")["geometry"] = {{"type", "compound"}, {"parts", Json::array()}};
              },
-             "/plan/objects/3/geometry/parts"},
+             "/scene/objects/3/geometry/parts"},
         Case{"EndlessCompound",
              [](Json& f) {
                Json geometry = {{"type", "sphere"}, {"radius", 1}};
                for (int i = 0; i < 10; ++i) {
                  geometry = {
                      {"type", "compound"},
-                     {"parts", {{{"X_OS", f["plan"]["X_WO_goal"]}, {"geometry", geometry}}}}};
+                     {"parts", {{{"X_OS", pose({0, 0, 0})}, {"geometry", geometry}}}}};
                }
                object(f, "post")["geometry"] = geometry;
              },
@@ -110,38 +127,66 @@ INSTANTIATE_TEST_SUITE_P(
              },
              "gantry.srdf"},
         Case{"UrdfAbsolute", [](Json& f) { robot(f, "g")["urdf"] = "/etc/hosts"; },
-             "/plan/robots/0/urdf"},
+             "/scene/robots/0/urdf"},
         Case{"UrdfMissing", [](Json& f) { robot(f, "g")["urdf"] = "robots/none.urdf"; },
              "none.urdf: no such file"},
-        Case{"RobotTwice", [](Json& f) { robot(f, "r")["name"] = "g"; }, "/plan/robots/1/name"},
-        Case{"UnknownGiver", [](Json& f) { f["plan"]["giver"] = "x"; }, "/plan/giver"},
-        Case{"UnknownObject", [](Json& f) { f["plan"]["object"] = "x"; }, "/plan/object"},
-        Case{"UnknownRest", [](Json& f) { object(f, "box")["resting"] = {"x"}; },
-             "/plan/objects/0/resting"},
-        Case{"UnknownToolLink", [](Json& f) { f["plan"]["giver_tool_link"] = "x"; },
-             "no link \"x\""},
+        Case{"YamlMissing", [](Json& f) { robot(f, "g")["yaml"] = "robots/none.yaml"; },
+             "none.yaml: no such file"},
+        Case{"RobotTwice", [](Json& f) { robot(f, "r")["name"] = "g"; }, "/scene/robots/1/name"},
+        Case{"UnknownObject", [](Json& f) { f["scene"]["object"] = "x"; }, "/scene/object"},
+        Case{"UnknownResting", [](Json& f) { object(f, "post")["resting"] = {"x"}; },
+             "/scene/objects/3/resting"},
+        Case{"UnknownRest", [](Json& f) { f["scene"]["start"]["rest"] = {"x"}; },
+             "/scene/start/rest"},
+        Case{"RestOfAnotherWord", [](Json& f) { f["scene"]["goal"]["rest"] = "nothing"; },
+             "/scene/goal/rest"},
+        Case{"HeldByNoArm", [](Json& f) { f["scene"]["start"]["held_by"] = "g"; },
+             "/scene/start/held_by"},
+        Case{"EndOfAnotherWord", [](Json& f) { f["scene"]["goal"]["end"] = "drop"; },
+             "/scene/goal/end"},
+        Case{"UprightWithoutAxis",
+             [](Json& f) {
+               f["scene"]["upright"] = {{"axis", {0, 0, 0}}, {"within_deg", 1}};
+             },
+             "/scene/upright/axis"},
         Case{"UnknownTouchLink",
              [](Json& f) { object(f, "sign")["attached_to"]["touch_links"] = {"x"}; },
-             "/plan/objects/4/attached_to/touch_links"},
+             "/scene/objects/4/attached_to/touch_links"},
         Case{"UnknownRestingLink",
              [](Json& f) {
                robot(f, "g")["resting"] = {{"x", "table"}};
              },
-             "/plan/robots/0/resting"},
+             "/scene/robots/0/resting"},
         Case{"JointMissingInStart", [](Json& f) { robot(f, "g")["q_start"].erase("right"); },
-             "/plan/robots/0/q_start: nothing for joint \"right\""},
+             "/scene/robots/0/q_start: nothing for joint \"right\""},
+        Case{"JointMissingInLimits", [](Json& f) { robot(f, "g")["limits"].erase("left"); },
+             "/scene/robots/0/limits: nothing for joint \"left\""},
         Case{"UnknownJointInStart", [](Json& f) { robot(f, "g")["q_start"]["w"] = 0; },
-             "/plan/robots/0/q_start/w"},
+             "/scene/robots/0/q_start/w"},
         Case{"FixedJointInLimits",
              [](Json& f) {
-               robot(f, "g")["limits"]["tool_joint"] = {0, 0, 0, 0};
+               robot(f, "g")["limits"]["tool_joint"] = {0, 0, 0, 0, 0};
              },
-             "/plan/robots/0/limits/tool_joint"},
-        Case{"ThreeLimits",
+             "/scene/robots/0/limits/tool_joint"},
+        Case{"FourLimits",
              [](Json& f) {
-               robot(f, "g")["limits"]["x"] = {0, 1, 1};
+               robot(f, "g")["limits"]["x"] = {0, 1, 1, 1};
              },
-             "/plan/robots/0/limits/x"},
+             "/scene/robots/0/limits/x"},
+        Case{"NoHolders", [](Json& f) { f["plan"]["holders"].clear(); }, "/plan/holders: empty"},
+        Case{"UnknownRobotOfHolder", [](Json& f) { f["plan"]["holders"][1]["robot"] = "x"; },
+             "/plan/holders/1/robot"},
+        Case{"UnknownToolLink", [](Json& f) { f["plan"]["holders"][0]["tool_link"] = "x"; },
+             "/plan/holders/0/tool_link: unknown link \"x\""},
+        Case{"UnknownGripper", [](Json& f) { f["plan"]["holders"][0]["gripper"] = "magnet"; },
+             "/plan/holders/0/gripper"},
+        Case{"UnknownFinger", [](Json& f) { f["plan"]["holders"][0]["hand"]["fingers"][0] = "x"; },
+             "/plan/holders/0/hand/fingers"},
+        Case{"NoDexterity", [](Json& f) { f["plan"]["holders"][0]["dexterity"].erase("give"); },
+             "/plan/holders/0/dexterity/give: missing"},
+        Case{"NegativeSlack", [](Json& f) { f["plan"]["slack_s"] = -0.1; }, "/plan/slack_s"},
+        Case{"HolderBeyondTheList", [](Json& f) { stageAt(f, 0)["holder"] = 2; },
+             "/plan/stages/0/holder"},
         Case{"UnknownJointInStage", [](Json& f) { stageAt(f, 0)["joints"][0] = "w"; },
              "/plan/stages/0/joints"},
         Case{"JointTwiceInStage", [](Json& f) { stageAt(f, 0)["joints"][1] = "x"; },
@@ -149,12 +194,9 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"RowTooShort", [](Json& f) { stageAt(f, 3)["q"][2].erase(0); },
              "/plan/stages/3/q/2: 5 values for 6 joints"},
         Case{"RowMissing", [](Json& f) { stageAt(f, 3)["qd"].erase(0); }, "/plan/stages/3/qd"},
+        Case{"AccelerationsMissing", [](Json& f) { stageAt(f, 3).erase("qdd"); },
+             "/plan/stages/3/qdd: missing"},
         Case{"RowIsNumber", [](Json& f) { stageAt(f, 3)["q"][1] = 1; }, "/plan/stages/3/q/1"},
-        Case{"NoSamples",
-             [](Json& f) {
-               for (const char* key : {"t", "q", "qd"}) stageAt(f, 2)[key] = Json::array();
-             },
-             "/plan/stages/2/t"},
         Case{"HoldWithoutLink", [](Json& f) { stageAt(f, 3)["holding"][0].erase("link"); },
              "/plan/stages/3/holding/0/link"},
         Case{"HoldOfUnknownLink", [](Json& f) { stageAt(f, 3)["holding"][0]["link"] = "x"; },
@@ -169,13 +211,23 @@ INSTANTIATE_TEST_SUITE_P(
                stageAt(f, 3)["may_touch"][0] = {"g/nothing", "box"};
              },
              "/plan/stages/3/may_touch"},
+        Case{"EdgeToNoStage",
+             [](Json& f) {
+               stageAt(f, 3)["after"][0] = {99, 0.1};
+             },
+             "/plan/stages/3/after/0/0"},
+        Case{"EdgeOfOne",
+             [](Json& f) {
+               stageAt(f, 3)["after"][0] = {2};
+             },
+             "/plan/stages/3/after/0"},
         Case{"IndexNotWhole", [](Json& f) { stageAt(f, 3)["index"] = 3.5; },
              "/plan/stages/3/index"},
         Case{"TooManyStages",
              [](Json& f) {
-               for (int i = 0; i < 100; ++i) f["plan"]["stages"].push_back(stageAt(f, 0));
+               for (int i = 0; i < 200; ++i) f["plan"]["stages"].push_back(stageAt(f, 0));
              },
-             "/plan/stages: more than 64"}),
+             "/plan/stages: more than 128"}),
     [](const testing::TestParamInfo<Case>& entry) { return std::string(entry.param.name); });
 
 TEST(UnreadableText, IsRefused) {
@@ -208,6 +260,21 @@ TEST(UnreadableFile, IsRefused) {
   EXPECT_EQ(run("--help").exit_code, 0);
 }
 
+TEST(UnreadableYaml, IsRefused) {
+  const GantryCell cell;
+  Json plan = cell.plan();
+  for (const char* bad : {"[1, 2]", "arms: [", "acceleration: fast", "arms: 3"}) {
+    cell.write("robots/gantry/bad.yaml", bad);
+    for (const char* name : {"g", "r"}) {
+      robot(plan, name)["yaml"] = "robots/gantry/bad.yaml";
+      robot(plan, name)["yaml_sha256"] = sha256(bad);
+    }
+    const ProgramResult result = verify(cell, plan);
+    EXPECT_EQ(result.exit_code, 2) << bad << result.output;
+    EXPECT_THAT(result.output, HasSubstr("bad.yaml")) << bad;
+  }
+}
+
 TEST(UnreadableUrdf, IsRefusedUnlessItsHashAlreadyTells) {
   const GantryCell cell;
   const Json plan = cell.plan();
@@ -217,7 +284,7 @@ TEST(UnreadableUrdf, IsRefusedUnlessItsHashAlreadyTells) {
   cell.write("robots/gantry/gantry.urdf", "<robot name='other'><link name='base'/></robot>");
   const ProgramResult result = verify(cell, plan);
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.kinds, testing::ElementsAre("urdf_hash", "urdf_hash"));
+  EXPECT_THAT(result.kinds, testing::ElementsAre("hash", "hash"));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ export async function withPage(file, look, viewport = {width: 1280, height: 800}
   });
   try {
     const page = await browser.newPage({viewport});
+    page.setDefaultTimeout(100_000);  // a machine may have more to do
     const messages = [], requests = [];
     page.on('console', (message) => {
       // The software renderer's own remarks on how fast it is are none of the page's.

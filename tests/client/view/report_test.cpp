@@ -145,7 +145,7 @@ class BrowsedPage : public testing::Test {
   /// What the browser sees of an experiment's page.
   Json browse(const Json& experiment) {
     const auto page = folder_.write("report.html", experimentPage(experiment.dump()));
-    const auto browsed = test::run({NODE, BROWSE_REPORT, page.string(), picture()}, {}, 120s);
+    const auto browsed = test::run({NODE, BROWSE_REPORT, page.string(), picture()}, {}, 240s);
     EXPECT_EQ(browsed.status, 0) << browsed.err;
     return Json::parse(browsed.out);
   }

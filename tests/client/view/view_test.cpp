@@ -4,7 +4,8 @@
 
 #include "process.hpp"
 #include "sample_plan.hpp"
-#include "view/unreadable.hpp"
+
+#include <handover/client/plan_file.hpp>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,7 +35,7 @@ class View : public testing::Test {
   std::string faultOf(const Json& plan, const std::string& output = "plan.html") const {
     try {
       view(plan, output);
-    } catch (const Unreadable& error) {
+    } catch (const client::PlanFileError& error) {
       return error.what();
     }
     return "";
@@ -48,7 +49,7 @@ class View : public testing::Test {
   Json browse(const Json& plan, const std::string& size, const std::vector<double>& times = {}) {
     std::vector<std::string> command{NODE, BROWSE, write(plan), size};
     for (const double time : times) command.push_back(std::to_string(time));
-    const Finished browsed = handover::test::run(command, {}, 120s);
+    const Finished browsed = handover::test::run(command, {}, 240s);
     EXPECT_EQ(browsed.status, 0) << browsed.err;
     return Json::parse(browsed.out);
   }
@@ -74,9 +75,8 @@ TEST_F(View, KeepsMarkupInNamesOutOfThePage) {
 }
 
 TEST_F(View, SaysWhatItCannotRead) {
-  EXPECT_THAT(faultOf({{"format", "handover-plan/1"}}), "/format: is not handover-plan/2");
-  EXPECT_THAT(faultOf(Json::array()), HasSubstr("/format"));
-  EXPECT_THROW(planView("{", "plan.html", cell_.root()), Unreadable);
+  EXPECT_THAT(faultOf({{"format", "handover-plan/1"}}), HasSubstr("/format"));
+  EXPECT_THROW(planView("{", "plan.html", cell_.root()), client::PlanFileError);
 
   Json plan = cell_.plan();
   plan["scene"]["robots"][0]["urdf"] = "robots/none.urdf";
@@ -239,9 +239,9 @@ TEST_F(View, ShowsAPlanOfOneHolderThatHasTheObjectForGood) {
   plan["holders"].erase(2);
   plan["holders"].erase(1);
   plan["handovers"] = Json::array();
-  const Json all = plan["stages"];
   plan["stages"] = {stageOf(file, 0, "carry")};
   file["plan"]["stages"][0]["start"] = 0.0;
+  file["plan"]["stages"][0]["index"] = 0;
   file["scene"]["start"]["held_by"] = "duo/left";
   file["quality"] = nullptr;
   file["complete"] = false;

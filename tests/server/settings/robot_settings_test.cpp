@@ -50,6 +50,33 @@ TEST(RobotSettings, MayGiveTheOtherJointsAnAcceleration) {
   EXPECT_EQ(read(root, with(kTinyYaml, "arms:", "acceleration: 0.8\narms:")).acceleration, 0.8);
 }
 
+TEST(RobotSettings, MayLimitJerk) {
+  const TinyRoot root;
+  EXPECT_FALSE(read(root, kTinyYaml).jerk);
+  const RobotModel by_default = loadRobot(read(root, kTinyYaml));
+  for (const Joint& joint : by_default.joints) {
+    EXPECT_DOUBLE_EQ(joint.jerk, 10 * joint.acceleration) << joint.name;
+  }
+  std::string text = with(kTinyYaml, "acceleration: 0.5", "acceleration: 0.5, jerk: 7");
+  text = with(text, "    acceleration: 5\n", "    acceleration: 5\n    jerk: 8\n");
+  const RobotSettings settings = read(root, with(text, "arms:", "jerk: 9\narms:"));
+  EXPECT_EQ(settings.jerk, 9);
+  const RobotModel model = loadRobot(settings);
+  for (const int dof : model.arms[0].dofs) {
+    EXPECT_EQ(
+        model.joints[static_cast<std::size_t>(model.dof_joints[static_cast<std::size_t>(dof)])]
+            .jerk,
+        7);
+  }
+  for (const int dof : model.hands[0].dofs) {
+    EXPECT_EQ(
+        model.joints[static_cast<std::size_t>(model.dof_joints[static_cast<std::size_t>(dof)])]
+            .jerk,
+        8);
+  }
+  EXPECT_NE(model.content_hash, by_default.content_hash);
+}
+
 TEST(RobotSettings, FaultsAreReportedWithTheirLines) {
   EXPECT_THAT(faultsOf(with(kTinyYaml, "version: 1", "version: one")),
               ElementsAre("1: version: must be a whole number from 1 to 1, not 'one'"));
@@ -62,6 +89,13 @@ TEST(RobotSettings, FaultsAreReportedWithTheirLines) {
               ElementsAre("6: arms.arm.acceleration: must be within 1e-06 and 1e+06, not '-1'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "arms:", "acceleration: 0\narms:")),
               ElementsAre("5: acceleration: must be within 1e-06 and 1e+06, not '0'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "acceleration: 0.5", "acceleration: 0.5, jerk: 0")),
+              ElementsAre("6: arms.arm.jerk: must be within 1e-06 and 1e+09, not '0'"));
+  EXPECT_THAT(
+      faultsOf(with(kTinyYaml, "    acceleration: 5\n", "    acceleration: 5\n    jerk: -8\n")),
+      ElementsAre("14: hands.hand.jerk: must be within 1e-06 and 1e+09, not '-8'"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "arms:", "jerk: 0\narms:")),
+              ElementsAre("5: jerk: must be within 1e-06 and 1e+09, not '0'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "[[bend]]", "[bend]")),
               ElementsAre("10: hands.hand.fingers.0: must be a list, not 'bend'"));
   EXPECT_THAT(

@@ -52,6 +52,7 @@ Joint joint(JointType type, const Eigen::Vector3d& p_PJ, const Eigen::Vector3d& 
   it.lower = type == JointType::kPrismatic ? 0 : -limit;
   it.upper = limit;
   it.velocity = it.acceleration = 1;
+  it.jerk = 10;
   return it;
 }
 

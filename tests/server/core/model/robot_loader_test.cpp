@@ -116,11 +116,13 @@ TEST_F(LoadRobot, OrdersLinksFromTheRootAndJointsByChild) {
 
 TEST_F(LoadRobot, ReadsLimitsAxesAndAccelerations) {
   settings_.acceleration = 0.7;
+  settings_.hands[0].jerk = 60;
   const RobotModel model = load();
   const Joint& shoulder = model.joints[static_cast<std::size_t>(model.findJoint("shoulder"))];
   EXPECT_EQ(shoulder.axis, Eigen::Vector3d::UnitZ());
   EXPECT_EQ(shoulder.lower, -2.0);
   EXPECT_EQ(shoulder.acceleration, 0.4);
+  EXPECT_EQ(shoulder.jerk, 4.0);  // the default
   const Joint& elbow = model.joints[static_cast<std::size_t>(model.findJoint("elbow"))];
   EXPECT_DOUBLE_EQ(elbow.lower, -M_PI);
   EXPECT_DOUBLE_EQ(elbow.upper, M_PI);
@@ -130,6 +132,9 @@ TEST_F(LoadRobot, ReadsLimitsAxesAndAccelerations) {
   EXPECT_EQ(neck.lower, -0.262);
   EXPECT_EQ(neck.axis, Eigen::Vector3d::UnitX());
   EXPECT_EQ(neck.acceleration, 0.7);  // of no arm and no hand
+  EXPECT_EQ(neck.jerk, 7.0);
+  const Joint& b = model.joints[static_cast<std::size_t>(model.findJoint("b"))];
+  EXPECT_EQ(b.jerk, 60.0);  // as its master
 }
 
 TEST_F(LoadRobot, NarrowsAMasterToWhatItsMimicAllows) {

@@ -104,7 +104,7 @@ TEST(StraightLine, RejectsBadInput) {
   EXPECT_EQ(code(straightLine(planarFollow, ArmVector(), X, X)), invalid);
   EXPECT_EQ(code(straightLine(planarFollow, q, X_nan, X)), invalid);
   EXPECT_EQ(code(straightLine(planarFollow, q, X, X_nan)), invalid);
-  EXPECT_EQ(code(straightLine(FollowIk(), q, X, X)), invalid);
+  EXPECT_EQ(code(straightLine(TrackPoseIk(), q, X, X)), invalid);
   StraightSettings settings;
   settings.step = 0;
   EXPECT_EQ(code(straightLine(planarFollow, q, X, X, settings)), invalid);

@@ -60,7 +60,7 @@ class OverlapTest : public testing::Test {
     stage.dofs = stage.mover->arm_model->dofs;
     stage.state = checkers_->startState();
     const Eigen::Vector2d most(3, 3), unit(1, 1);
-    const auto path = parameterize({arm(from), arm(to)}, {-most, most, unit, unit}, {});
+    const auto path = parameterize({arm(from), arm(to)}, {-most, most, unit, unit, 10 * unit}, {});
     ASSERT_TRUE(path);
     stages_[at(kind)] = {&stage, *path, 0};
   }

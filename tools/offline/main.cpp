@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plans a cell's task in this process, without a daemon: for profilers and debuggers.
+#include "cells/cell_service.hpp"
+#include "settings/roots.hpp"
+
+#include <handover/client/answer.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+
+namespace handover {
+namespace {
+
+/// Gathers the events as a client does.
+class AnswerSink : public PlanEventSink {
+ public:
+  void emit(PlanEventPayload payload) override {
+    answer.add({RequestId{}, AnswerId{}, sequence_++, 0.0, std::move(payload)});
+  }
+
+  client::Answer answer;
+
+ private:
+  std::uint32_t sequence_ = 0;
+};
+
+double planOnce(CellService& service, const PlanRequest& request, AnswerSink& sink) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Deadline deadline;
+  sink.emit(Accepted{});
+  Outcome outcome = service.plan(request, sink, deadline);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  if (const auto* failed = std::get_if<Failed>(&outcome)) {
+    std::printf("failed: %s: %s\n", toString(failed->reason), failed->explanation.text.c_str());
+    for (const CauseCount& cause : failed->explanation.causes) {
+      const StageRef stage = cause.stage.value_or(StageRef{});
+      std::printf("  %6u %s %s %s (holder %u, %s)\n", cause.count, toString(cause.cause),
+                  cause.pair.first.c_str(), cause.pair.second.c_str(), stage.holder,
+                  toString(stage.action));
+    }
+  }
+  if (const auto* rejected = std::get_if<Rejected>(&outcome)) {
+    for (const Fault& fault : rejected->faults) {
+      std::printf("rejected: %s: %s\n", fault.field.c_str(), fault.message.c_str());
+    }
+  }
+  sink.emit(std::move(outcome));
+  return took.count();
+}
+
+}  // namespace
+
+int run(int argc, char** argv) {
+  CLI::App app("Plans a cell's task in this process, without a daemon.");
+  PlanRequest request;
+  request.client_id = "offline";
+  request.mode = SearchMode::kFirst;
+  request.wants_fix = false;
+  std::string root, output, search = "wide", mode = "first";
+  std::vector<std::string> sets;
+  int runs = 1;
+  app.add_option("--cell", request.cell)->required();
+  app.add_option("--task", request.task);
+  app.add_option("--chain", request.chain)->delimiter(',');
+  app.add_option("--set", sets);
+  app.add_option("--seed", request.seed);
+  app.add_option("--search", search);
+  app.add_option("--mode", mode);
+  app.add_option("--runs", runs);
+  app.add_option("--root", root);
+  app.add_option("--output", output);
+  CLI11_PARSE(app, argc, argv);
+  request.search = fromString<SearchWidth>(search).value_or(SearchWidth::kWide);
+  request.mode = fromString<SearchMode>(mode).value_or(SearchMode::kFirst);
+  for (const std::string& set : sets) {
+    const std::size_t equals = set.find('=');
+    request.overrides.push_back({set.substr(0, equals), set.substr(equals + 1)});
+  }
+  const auto progress = [](const std::string& what, double fraction) {
+    if (fraction >= 1) std::fprintf(stderr, "%s\n", what.c_str());
+  };
+  CellService service(findRoot(root), {request.cell}, cacheFolder(""), progress, false);
+  service.prepare(Deadline{});
+  for (int i = 0; i < runs; ++i) {
+    AnswerSink sink;
+    std::printf("%.1f ms\n", 1e3 * planOnce(service, request, sink));
+    if (!output.empty() && sink.answer.writable()) std::ofstream(output) << sink.answer.text();
+  }
+  return 0;
+}
+
+}  // namespace handover
+
+int main(int argc, char** argv) { return handover::run(argc, argv); }
