@@ -136,11 +136,14 @@ const ChainSearch::Lattice& ChainSearch::latticeOf(std::size_t handover) {
   lattice = std::make_unique<Lattice>();
   const Manipulator& giver = at(handover);
   const Manipulator& receiver = at(handover + 1);
-  lattice->both = crossMaps(giver.map, receiver.map, settings_.neighbourhood);
+  const bool same_robot = state_.wide() && giver.robot == receiver.robot;
+  const double radius =
+      same_robot ? settings_.same_robot_neighbourhood : settings_.neighbourhood;
+  lattice->both = crossMaps(giver.map, receiver.map, radius);
   lattice->all = lattice->both;
-  if (state_.wide()) {
+  if (state_.wide() && !same_robot) {
     const double reach = giver.kinematics->reach() + maxToolSeparation(handover);
-    const auto more = receiverPoints(giver.map, receiver.map, settings_.neighbourhood, reach);
+    const auto more = receiverPoints(giver.map, receiver.map, radius, reach);
     lattice->all.insert(lattice->all.end(), more.begin(), more.end());
   }
   return *lattice;

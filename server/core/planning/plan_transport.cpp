@@ -178,9 +178,12 @@ class TransportSearch {
 
   /// Chains of which two that follow each other have no point in common by their maps.
   void dropOutOfReach(std::vector<Chain>& chains) {
-    const double radius = problem_.settings.neighbourhood;
+    const SearchSettings& settings = problem_.settings;
     std::erase_if(chains, [&](const Chain& chain) {
       for (std::size_t k = 0; k + 1 < chain.size(); ++k) {
+        const double radius = chain[k].robot == chain[k + 1].robot
+                                  ? settings.same_robot_neighbourhood
+                                  : settings.neighbourhood;
         const PlacedMap& giver = state_.manipulator(chain[k]).map;
         const PlacedMap& receiver = state_.manipulator(chain[k + 1]).map;
         if (crossMaps(giver, receiver, radius).empty()) return true;

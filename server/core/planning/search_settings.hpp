@@ -54,6 +54,8 @@ struct SearchSettings {
   std::size_t configurations = 4;         ///< of a grasp, tried as ends of motions
 
   double neighbourhood = 0.20;         ///< [paper] §IV-B: lattice points near the midpoint [m]
+  /// Between two arms of one robot, whose shoulders' midpoint is in its body; `wide` only [m].
+  double same_robot_neighbourhood = 0.80;
   std::size_t wide_points = 24;        ///< lattice points that `wide` adds first, by score
   int wide_turns = 8;                  ///< rotations about z_shoulder that `wide` adds
   double wide_tilt = 25 * M_PI / 180;  ///< of the approach axis, which `wide` adds last [rad]
