@@ -125,15 +125,16 @@ struct Smoothed {
   }
 };
 
+// Slows motions that are too short for their acceleration to build up.
+void spareJerk(SpeedProfile& profile, const TimingLimits& limits) {
+  const double least = kLeastBuildUps * profile.buildUp(limits);
+  if (profile.duration() < least) profile.slowDown(std::cbrt(least / profile.duration()));
+}
+
 // Acceleration that turns from one way at once to the other needs two build-ups to do so smoothly;
 // it is often quicker to hold the speed for one build-up in between.
 Smoothed smoothed(SpeedProfile profile, const TimingLimits& limits, double gap, bool has_corners) {
-  double build_up = profile.buildUp(limits);
-  if (const double least = kLeastBuildUps * build_up; profile.duration() < least) {
-    const double slower = std::cbrt(least / profile.duration());
-    profile.slowDown(slower);
-    build_up /= slower * slower;
-  }
+  const double build_up = profile.buildUp(limits);
   const double step = stepFor(profile.duration(), build_up, gap);
   SpeedProfile flat = profile;
   flat.flattenPeaks(has_corners ? kPause * build_up : build_up);
@@ -187,7 +188,8 @@ Result<TimedPath> timeMoving(const std::vector<VectorXd>& points,
   if (!profile.passable()) {
     return {ErrorCode::kInternal, "timing: the path cannot be passed at any speed"};
   }
-  if (profile.duration() > kLongest) {
+  spareJerk(profile, limits);
+  if (!(profile.duration() <= kLongest)) {
     return {ErrorCode::kInvalidInput, "limits: the path takes more than an hour"};
   }
   const Smoothed motion = smoothed(std::move(profile), limits, gap, points.size() > 2);
