@@ -2,16 +2,15 @@
 #include "commands.hpp"
 
 #include "command.hpp"
-#include "plan_file/json_writer.hpp"
 #include "output_file.hpp"
+#include "plan_file/json_writer.hpp"
 #include "report.hpp"
 #include "signals.hpp"
-#include "verify/plan_file.hpp"
-#include "verify/state_obj.hpp"
-#include "verify/unreadable.hpp"
+#include "state_obj.hpp"
 #include "view/page.hpp"
 #include "view/view.hpp"
 
+#include <handover/client/answer.hpp>
 #include <handover/client/client.hpp>
 #include <handover/client/plan_file.hpp>
 
@@ -19,6 +18,7 @@
 #include <deque>
 #include <functional>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -44,6 +44,7 @@ Json cellJson(const CellInfo& cell) {
   return {{"name", cell.name},
           {"tasks", cell.tasks},
           {"scene_revision", cell.revision},
+          {"scene_hash", cell.scene_hash},
           {"vary", std::move(vary)}};
 }
 
@@ -57,6 +58,9 @@ Json statusJson(const DaemonStatus& status) {
           {"cells", std::move(cells)},
           {"queued", status.queued},
           {"running", status.running},
+          {"clients", status.clients},
+          {"refused", status.refused},
+          {"memory_bytes", status.memory_bytes},
           {"counters",
            {{"accepted", n.accepted},
             {"done", n.done},
@@ -65,7 +69,7 @@ Json statusJson(const DaemonStatus& status) {
             {"rejected", n.rejected}}}};
 }
 
-/// The stages of watched requests, as they come from the client's thread.
+/// The events of watched requests, as they come from the client's thread.
 class WatchedOutcome {
  public:
   void set(const Outcome& outcome) {
@@ -86,7 +90,7 @@ class WatchedOutcome {
     changed_.notify_all();
   }
 
-  /// False if no stage came within `most`.
+  /// False if no event came within `most`.
   bool waitForFirst(std::chrono::milliseconds most) {
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, most, [this] { return seen_ || stopped_; });
@@ -131,6 +135,7 @@ int exitCodeOf(const Outcome& outcome) {
       return kExitInternal;
     case FailureReason::kStartUnreachable:
     case FailureReason::kGoalUnreachable:
+    case FailureReason::kNoGrasp:
     case FailureReason::kNoGraspAtStart:
     case FailureReason::kNoGraspAtGoal:
     case FailureReason::kNoCommonWorkspace:
@@ -138,6 +143,8 @@ int exitCodeOf(const Outcome& outcome) {
     case FailureReason::kNoPath:
     case FailureReason::kStartInCollision:
     case FailureReason::kGoalInCollision:
+    case FailureReason::kStartUnsupported:
+    case FailureReason::kGoalUnsupported:
       return kExitNoPlan;
   }
   return kExitInternal;
@@ -174,25 +181,44 @@ namespace {
 /// A file that is made from a plan file's text.
 struct Product {
   std::string file;
+  bool of_failures;  ///< made of a failed request too
   std::function<std::string(const std::string& plan_text)> make;
 };
 
 std::vector<Product> productsOf(const PlanOptions& options) {
   std::vector<Product> products;
   if (!options.output.empty()) {
-    products.push_back({options.output, [](const std::string& text) { return text; }});
+    products.push_back({options.output, true, [](const std::string& text) { return text; }});
   }
   for (const StateDump& dump : options.dumps) {
-    products.push_back({dump.file, [&options, &dump](const std::string& text) {
-                          return verify::stateObj(text, options.root, dump.kind);
+    products.push_back({dump.file, false, [&options, &dump](const std::string& text) {
+                          return stateObj(text, options.root, dump.kind);
                         }});
   }
   if (!options.html.empty()) {
-    products.push_back({options.html, [&options](const std::string& text) {
+    products.push_back({options.html, true, [&options](const std::string& text) {
                           return view::planPage(text, options.root);
                         }});
   }
   return products;
+}
+
+/// Writes what can be made of the answer; kExitDone, or why not all of it is written.
+int writeProducts(const CommonOptions& common, const client::Answer& answer,
+                  const std::vector<Product>& products, std::deque<OutputFile>& files) {
+  const std::string text = answer.text();
+  int code = kExitDone;
+  for (std::size_t i = 0; i < products.size(); ++i) {
+    if (!answer.hasPlan() && !products[i].of_failures) continue;
+    try {
+      if (!files[i].commit(products[i].make(text))) {
+        code = fail(common, kExitConfiguration, "cannot write " + products[i].file);
+      }
+    } catch (const client::PlanFileError& fault) {
+      code = fail(common, kExitUsage, products[i].file + ": " + fault.what());
+    }
+  }
+  return code;
 }
 
 }  // namespace
@@ -225,32 +251,30 @@ int runPlan(const CommonOptions& common, const PlanOptions& options) {
         },
         kExitCancelled);
 
-    // Shared with the callback, which may still run when plan() throws.
+    // Shared with the callbacks, which may still run when plan() throws.
     const auto report = std::make_shared<Report>(people(common));
-    const auto sent = client.plan(options.request, [&common, report](const PlanEvent& stage) {
-      report->add(stage);
-      if (common.json) std::cout << client::jsonLine(stage) << std::endl;
-    });
+    const auto sent = client.plan(
+        options.request,
+        [&common, report](const PlanEvent& event) {
+          report->add(event);
+          if (common.json) std::cout << client::jsonLine(event) << std::endl;
+        },
+        [&common] {
+          if (common.json) std::cout << client::compact(Json{{"type", "restart"}}) << std::endl;
+        });
     {
       const std::lock_guard lock(mutex);
       handle = sent;
       if (stopped) sent.cancel();
     }
     const Outcome outcome = sent.wait();
-    if (!std::holds_alternative<Done>(outcome)) return exitCodeOf(outcome);
-    if (!report->plan().complete())
-      return fail(common, kExitInternal, "the daemon sent no whole plan");
-    const std::string text = report->plan().text();
-    for (std::size_t i = 0; i < products.size(); ++i) {
-      try {
-        if (!files[i].commit(products[i].make(text))) {
-          return fail(common, kExitConfiguration, "cannot write " + products[i].file);
-        }
-      } catch (const verify::Unreadable& fault) {
-        return fail(common, kExitUsage, products[i].file + ": " + fault.what());
-      }
+    const client::Answer& answer = report->answer();
+    if (std::holds_alternative<Done>(outcome) && !answer.hasPlan()) {
+      return fail(common, kExitInternal, "incomplete answer from the daemon");
     }
-    return kExitDone;
+    const int written =
+        answer.writable() ? writeProducts(common, answer, products, files) : kExitDone;
+    return written == kExitDone ? exitCodeOf(outcome) : written;
   });
 }
 
@@ -259,20 +283,15 @@ int runView(const CommonOptions& common, const ViewOptions& options) {
   if (!output.writable()) {
     return fail(common, kExitConfiguration, "cannot write " + options.output);
   }
-  std::string text;
-  try {
-    text = verify::readPlanText(options.plan);
-  } catch (const verify::Unreadable& fault) {
-    return fail(common, kExitUsage, fault.what());
-  }
   if (view::isPage(options.output) && !view::hasPages()) {
     return fail(common, kExitConfiguration, view::kNoPages);
   }
   try {
+    const std::string text = client::readPlanText(options.plan);
     if (!output.commit(view::planView(text, options.output, options.root))) {
       return fail(common, kExitConfiguration, "cannot write " + options.output);
     }
-  } catch (const verify::Unreadable& fault) {
+  } catch (const client::PlanFileError& fault) {
     return fail(common, kExitUsage, options.plan + ": " + fault.what());
   }
   return kExitDone;
@@ -288,17 +307,17 @@ int runWatch(const CommonOptions& common, const std::optional<RequestId>& id) {
         },
         kExitCancelled);
     std::map<RequestId, Report> reports;
-    client.watch([&common, watched, id, reports](const PlanEvent& stage) mutable {
-      if (id && stage.request_id != *id) return;
+    client.watch([&common, watched, id, reports](const PlanEvent& event) mutable {
+      if (id && event.request_id != *id) return;
       watched->touch();
-      if (!id && stage.sequence == 0) {
-        people(common) << "request " << stage.request_id.hex() << "\n";
+      if (!id && event.sequence == 0) {
+        people(common) << "request " << event.request_id.hex() << "\n";
       }
-      reports.try_emplace(stage.request_id, people(common)).first->second.add(stage);
-      if (common.json) std::cout << client::jsonLine(stage) << std::endl;
-      const auto* outcome = std::get_if<Outcome>(&stage.payload);
+      reports.try_emplace(event.request_id, people(common)).first->second.add(event);
+      if (common.json) std::cout << client::jsonLine(event) << std::endl;
+      const auto* outcome = std::get_if<Outcome>(&event.payload);
       if (outcome == nullptr) return;
-      reports.erase(stage.request_id);
+      reports.erase(event.request_id);
       if (id) watched->set(*outcome);
     });
     if (id && !watched->waitForFirst(common.wait)) {
@@ -319,11 +338,11 @@ int runCancel(const CommonOptions& common, const RequestId& id) {
           watched->stop();
         },
         kExitCancelled);
-    client.watch([&common, watched, id](const PlanEvent& stage) {
-      if (stage.request_id != id) return;
+    client.watch([&common, watched, id](const PlanEvent& event) {
+      if (event.request_id != id) return;
       watched->touch();
-      if (const auto* outcome = std::get_if<Outcome>(&stage.payload)) {
-        if (common.json) std::cout << client::jsonLine(stage) << std::endl;
+      if (const auto* outcome = std::get_if<Outcome>(&event.payload)) {
+        if (common.json) std::cout << client::jsonLine(event) << std::endl;
         watched->set(*outcome);
       }
     });

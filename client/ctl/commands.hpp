@@ -34,7 +34,7 @@ struct CommonOptions {
 
 /// What the cell looks like at one moment of the plan, as a Wavefront file.
 struct StateDump {
-  std::string kind;  ///< a stage: at its end; or start, end
+  std::string kind;  ///< "ROBOT/ARM ACTION": the end of that stage; or start, end
   std::string file;
 };
 
@@ -47,7 +47,7 @@ struct PlanOptions {
 };
 
 struct ExperimentOptions {
-  /// What the requests share: cell, task, mode and search; `seed` is the experiment's.
+  /// What the requests share: cell, task and how it is searched; `seed` is the experiment's.
   PlanRequest request;
   std::uint64_t runs = 100;
   int jobs = 1;          ///< requests in flight at once
@@ -56,6 +56,7 @@ struct ExperimentOptions {
   std::string html;      ///< page that shows the experiment, or empty
   std::string plans;     ///< folder for plan files, or empty
   bool verify = false;   ///< every plan, by handover-verify
+  std::string root;      ///< of the paths in plans, for handover-verify; empty: its own rule
 };
 
 struct ViewOptions {
@@ -74,9 +75,10 @@ int runWatch(const CommonOptions& common, const std::optional<RequestId>& id);
 int runCancel(const CommonOptions& common, const RequestId& id);
 
 /// Plans what is drawn from a cell's variations, run by run. Done when every run was answered,
-/// solved or not; else kExitInternal: a plan has violations; kExitConfiguration: more than a tenth
-/// of the draws touch at the start, so the cell's ranges are unsound, or the output cannot be
-/// written; kExitRejected: nobody serves the cell or its task, or every run was rejected.
+/// solved or not; else kExitInternal: a plan has violations; kExitUsage: handover-verify cannot
+/// read one; kExitConfiguration: more than a tenth of the runs were drawn again since their start
+/// scene touches (the file is written, with the runs until then), or the output cannot be written;
+/// kExitRejected: nobody serves the cell or its task, or every run was rejected.
 int runExperiment(const CommonOptions& common, const ExperimentOptions& options);
 
 int exitCodeOf(const Outcome& outcome);

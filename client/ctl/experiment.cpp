@@ -8,7 +8,7 @@
 #include "verify_program.hpp"
 #include "view/page.hpp"
 
-#include <handover/client/plan_file.hpp>
+#include <handover/client/answer.hpp>
 
 #include <spdlog/fmt/fmt.h>
 #include <sys/utsname.h>
@@ -135,6 +135,9 @@ class Experiment {
     record.seed = options_.request.seed;
     record.mode = options_.request.mode;
     record.search = options_.request.search;
+    if (options_.request.objective != Objective::kUnspecified) {
+      record.objective = options_.request.objective;
+    }
     record.stretch = options_.stretch;
     record.machine = machineText();
     record.task = options_.request.task;
@@ -143,6 +146,9 @@ class Experiment {
     for (auto& [index, run] : answered_) record.runs.push_back(std::move(run));
     return record;
   }
+
+  /// Why the cell's ranges are unsound; empty: they are not. After run().
+  const std::string& unsound() const { return unsound_; }
 
   /// Cancels what is under way. From any thread.
   void stop() {
@@ -210,11 +216,12 @@ class Experiment {
 
   std::optional<std::uint64_t> next() {
     const std::lock_guard lock(mutex_);
-    if (stopped_ || next_ == options_.runs) return std::nullopt;
+    if (stopped_ || !unsound_.empty() || next_ == options_.runs) return std::nullopt;
     return next_++;
   }
 
-  /// Draws a run until its start scene is free and has it planned; nullopt when it was stopped.
+  /// Draws a run until its start scene is free and has it planned, or until too many are drawn
+  /// again; nullopt when it was stopped.
   std::optional<RunRecord> answer(std::uint64_t index) {
     RunRecord record;
     record.index = index;
@@ -224,14 +231,25 @@ class Experiment {
           draw(variations_, {options_.request.seed, index, record.redrawn}, options_.stretch);
       const auto outcome = ask(record);
       if (!outcome) return std::nullopt;
-      const auto* failed = std::get_if<Failed>(&*outcome);
-      if (failed == nullptr || failed->reason != FailureReason::kStartInCollision) return record;
+      const std::vector<NamePair> touching = touchingAtStart(*outcome, record.object);
+      if (touching.empty()) return record;
       ++record.redrawn;
-      for (const RejectCount& cause : failed->explanation.causes) {
-        if (cause.pair != NamePair{}) record.touched.push_back(cause.pair);
-      }
-      countRedrawn(failed->explanation.text);
+      record.touched.insert(record.touched.end(), touching.begin(), touching.end());
+      if (countRedrawn(touching)) return record;
     }
+  }
+
+  /// The pairs without the moved object that touch in the start scene: nothing to plan in.
+  static std::vector<NamePair> touchingAtStart(const Outcome& outcome, const std::string& object) {
+    std::vector<NamePair> pairs;
+    const auto* failed = std::get_if<Failed>(&outcome);
+    if (failed == nullptr || failed->reason != FailureReason::kStartInCollision) return pairs;
+    for (const CauseCount& cause : failed->explanation.causes) {
+      const auto& [first, second] = cause.pair;
+      if (first.empty() || second.empty() || first == object || second == object) continue;
+      pairs.push_back(cause.pair);
+    }
+    return pairs;
   }
 
   /// One request; fills in what the answer says.
@@ -239,36 +257,54 @@ class Experiment {
     PlanRequest request = options_.request;
     request.seed = record.seed;
     request.overrides = overridesOf(record.drawn);
+    request.wants_fix = false;
 
-    struct Answer {  // shared with the callback, which may outlive this call if it throws
+    struct Gathered {  // shared with the callback, which may outlive this call if it throws
       Funnel funnel;
-      client::PlanFile plan;
+      client::Answer answer;
     };
 
-    const auto answer = std::make_shared<Answer>();
-    const PlanHandle handle = client_.plan(request, [answer](const PlanEvent& stage) {
-      answer->funnel.add(stage);
-      answer->plan.add(stage);
+    const auto gathered = std::make_shared<Gathered>();
+    const PlanHandle handle = client_.plan(request, [gathered](const PlanEvent& event) {
+      gathered->funnel.add(event);
+      gathered->answer.add(event);
     });
     open(record.index, handle);
     const Outcome outcome = handle.wait();
     if (close(record.index)) return std::nullopt;
     record.planning_time_s = handle.answerTime().count();
-    if (const auto first = handle.firstPlanTime()) record.first_plan_s = first->count();
-    record.counts = answer->funnel.counts();
-    if (!options_.html.empty()) keepPlaces(answer->funnel, record);
+    const client::Answer& answer = gathered->answer;
+    measure(handle, answer, record);
+    record.counts = gathered->funnel.counts();
+    if (!options_.html.empty()) keepPlaces(gathered->funnel, record);
     describe(outcome, record);
-    if (record.done() && !answer->plan.complete()) {
-      throw ExperimentFailure{kExitInternal, "the daemon sent no whole plan"};
+    if (record.done() && !answer.hasPlan()) {
+      throw ExperimentFailure{kExitInternal, "incomplete answer from the daemon"};
     }
-    if (!plansFolder().empty()) keepPlan(answer->plan, record);
+    if (!plansFolder().empty()) keepPlan(answer, record);
+    record.object = gathered->funnel.object();
     return outcome;
+  }
+
+  static void measure(const PlanHandle& handle, const client::Answer& answer, RunRecord& record) {
+    record.first_plan_s.reset();
+    record.failure_s.reset();
+    if (const auto first = handle.firstPlanTime()) record.first_plan_s = first->count();
+    if (const auto failure = handle.failureTime()) record.failure_s = failure->count();
+    record.first_cost = answer.firstCost();
+    if (const Solution* solution = answer.solution()) {
+      record.cost = solution->cost;
+      record.quality = solution->quality;
+    }
   }
 
   static void keepPlaces(const Funnel& funnel, RunRecord& record) {
     if (const Solution* chosen = funnel.chosen()) {
-      const Pose X_WT = toPose(chosen->X_WO_handover) * toPose(chosen->X_OT_receiver);
-      record.handover = {chosen->X_WO_handover.xyz, toValue(X_WT).xyz};
+      for (std::size_t i = 0; i < chosen->X_WO_handovers.size(); ++i) {
+        const PoseValue& X_WO = chosen->X_WO_handovers[i];
+        const Pose X_WT = toPose(X_WO) * toPose(chosen->holders[i + 1].X_OT);
+        record.handovers.push_back({X_WO.xyz, toValue(X_WT).xyz});
+      }
     }
     if (record.index < kLattices) record.lattice = funnel.lattice();
   }
@@ -281,7 +317,7 @@ class Experiment {
       record.explanation = failed->explanation.text;
     } else if (const auto* rejected = std::get_if<Rejected>(&outcome)) {
       record.outcome = "rejected";
-      record.reason = rejected->reason;
+      record.reason = toString(rejected->reason);
       for (const Fault& fault : rejected->faults) {
         if (!record.explanation.empty()) record.explanation += "; ";
         record.explanation += fault.field + ": " + fault.message;
@@ -293,7 +329,7 @@ class Experiment {
 
   /// Writes the plan and has it verified. A run without a plan leaves no file of its name, not
   /// even an older one.
-  void keepPlan(const client::PlanFile& plan, RunRecord& record) {
+  void keepPlan(const client::Answer& answer, RunRecord& record) {
     const fs::path file = plansFolder() / fmt::format("{:03}.json", record.index);
     if (!record.done()) {
       std::error_code ignored;
@@ -301,10 +337,15 @@ class Experiment {
       return;
     }
     OutputFile output(file);
-    if (!output.writable() || !output.commit(plan.text())) {
+    if (!output.writable() || !output.commit(answer.text())) {
       throw ExperimentFailure{kExitConfiguration, "cannot write " + file.string()};
     }
-    if (verifier_) record.violations = verifier_->violations(file);
+    try {
+      if (verifier_) record.violations = verifier_->violations(file, options_.root);
+    } catch (const UnreadablePlan& fault) {
+      throw ExperimentFailure{kExitUsage, fmt::format("handover-verify cannot read plan {:03}: {}",
+                                                      record.index, fault.what())};
+    }
     if (scratch_) fs::remove(file);
   }
 
@@ -340,18 +381,17 @@ class Experiment {
     answered_.emplace(record.index, std::move(record));
   }
 
-  /// A start scene that touches is nothing to plan in; but ranges that often lead there are
-  /// unsound.
-  void countRedrawn(const std::string& why) {
+  /// Ranges that often lead to start scenes that touch are unsound; true when they are.
+  bool countRedrawn(const std::vector<NamePair>& touching) {
     const std::lock_guard lock(mutex_);
     ++redrawn_;
-    ++redrawn_for_[why];
-    if (redrawn_ * 10 <= options_.runs) return;
-    std::string text =
-        fmt::format("the start scene touches in {} draws, more than a tenth of {} runs:", redrawn_,
-                    options_.runs);
-    for (const auto& [what, count] : redrawn_for_) text += fmt::format(" {} ({} x)", what, count);
-    throw ExperimentFailure{kExitConfiguration, text};
+    for (const auto& [first, second] : touching) ++redrawn_for_[first + " - " + second];
+    if (redrawn_ * 10 <= options_.runs) return false;
+    unsound_ = fmt::format("{} of {} drawn start scenes are in collision (limit 10 % of {} runs):",
+                           redrawn_, redrawn_ + answered_.size(), options_.runs);
+    for (const auto& [what, count] : redrawn_for_)
+      unsound_ += fmt::format(" {} ({} x)", what, count);
+    return true;
   }
 
   const CommonOptions& common_;
@@ -367,6 +407,7 @@ class Experiment {
   Progress progress_;
   std::uint64_t next_ = 0, redrawn_ = 0;
   std::map<std::string, int> redrawn_for_;
+  std::string unsound_;
   std::map<std::uint64_t, PlanHandle> open_;
   std::map<std::uint64_t, RunRecord> answered_;
   std::exception_ptr failure_;
@@ -390,6 +431,12 @@ int exitCodeOf(const CommonOptions& common, const ExperimentRecord& record) {
   return kExitDone;
 }
 
+PageExtras extrasOf(const ExperimentRecord& record) {
+  PageExtras extras{record.task, record.daemon_version, {}};
+  for (const RunRecord& run : record.runs) extras.runs.push_back({run.lattice, run.handovers});
+  return extras;
+}
+
 }  // namespace
 
 int runExperiment(const CommonOptions& common, const ExperimentOptions& options) {
@@ -408,10 +455,12 @@ int runExperiment(const CommonOptions& common, const ExperimentOptions& options)
   return withClient(common, [&](Client& client) -> int {
     try {
       ExperimentRecord record;
+      std::string unsound;
       {
         Experiment experiment(common, options, client);
         const SignalWatch signals([&experiment] { experiment.stop(); }, kExitCancelled);
         record = experiment.run();
+        unsound = experiment.unsound();
       }
       printTable(people(common), record);
       if (common.json) {
@@ -419,12 +468,14 @@ int runExperiment(const CommonOptions& common, const ExperimentOptions& options)
         line.update(summaryOf(record));
         std::cout << client::compact(line) << std::endl;
       }
-      if (output && !output->commit(client::pretty(toJson(record)) + "\n")) {
+      const Json file = toJson(record);
+      if (output && !output->commit(client::pretty(file) + "\n")) {
         return fail(common, kExitConfiguration, "cannot write " + options.output);
       }
-      if (html && !html->commit(experimentPage(record))) {
+      if (html && !html->commit(experimentPage(file, extrasOf(record)))) {
         return fail(common, kExitConfiguration, "cannot write " + options.html);
       }
+      if (!unsound.empty()) return fail(common, kExitConfiguration, unsound);
       return exitCodeOf(common, record);
     } catch (const ExperimentFailure& failure) {
       return fail(common, failure.exit_code, failure.text);

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "experiment_file.hpp"
 
+#include "plan_file/plan_json.hpp"
+
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numeric>
 #include <ostream>
@@ -26,27 +29,72 @@ double quantile(const std::vector<double>& sorted, double fraction) {
   return sorted[below] + (place - std::floor(place)) * (sorted[above] - sorted[below]);
 }
 
+/// The values of those runs that have one. @param value from a run to an optional number.
 template <typename Value>
-double meanOf(const ExperimentRecord& experiment, Value value) {
-  if (experiment.runs.empty()) return 0;
-  double sum = 0;
-  for (const RunRecord& run : experiment.runs) sum += value(run);
-  return sum / static_cast<double>(experiment.runs.size());
+std::vector<double> sampleOf(const ExperimentRecord& experiment, Value value) {
+  std::vector<double> sample;
+  for (const RunRecord& run : experiment.runs) {
+    if (const auto it = value(run)) sample.push_back(static_cast<double>(*it));
+  }
+  return sample;
+}
+
+template <typename Value>
+std::optional<double> meanOf(const ExperimentRecord& experiment, Value value) {
+  const auto spread = spreadOf(sampleOf(experiment, value));
+  return spread ? std::optional(spread->mean) : std::nullopt;
+}
+
+template <typename Value>
+std::optional<Spread> spreadOver(const ExperimentRecord& experiment, Value value) {
+  return spreadOf(sampleOf(experiment, value));
+}
+
+/// A number of each plan's quality, where it is known.
+std::optional<Spread> qualitySpread(const ExperimentRecord& experiment,
+                                    const std::function<double(const Quality&)>& value) {
+  return spreadOver(experiment, [&value](const RunRecord& run) {
+    return run.quality ? std::optional(value(*run.quality)) : std::nullopt;
+  });
 }
 
 std::optional<Spread> planningTimes(const ExperimentRecord& experiment) {
-  std::vector<double> times;
-  for (const RunRecord& run : experiment.runs) times.push_back(run.planning_time_s);
-  return spreadOf(std::move(times));
+  return spreadOver(experiment,
+                    [](const RunRecord& run) { return std::optional(run.planning_time_s); });
 }
 
 std::optional<Spread> firstPlanTimes(const ExperimentRecord& experiment) {
-  std::vector<double> times;
-  for (const RunRecord& run : experiment.runs) {
-    if (run.first_plan_s) times.push_back(*run.first_plan_s);
-  }
-  return spreadOf(std::move(times));
+  return spreadOver(experiment, [](const RunRecord& run) { return run.first_plan_s; });
 }
+
+std::optional<Spread> failureTimes(const ExperimentRecord& experiment) {
+  return spreadOver(experiment, [](const RunRecord& run) { return run.failure_s; });
+}
+
+/// The least distance between such bodies, of each plan.
+std::vector<double> clearances(const ExperimentRecord& experiment, const std::string& between) {
+  return sampleOf(experiment, [&between](const RunRecord& run) -> std::optional<double> {
+    std::optional<double> least;
+    if (!run.quality) return least;
+    for (const ClearanceQuality& it : run.quality->clearance) {
+      if (it.between == between) least = std::min(least.value_or(it.least_m), it.least_m);
+    }
+    return least;
+  });
+}
+
+Json clearanceJson(std::vector<double> sample) {
+  if (sample.empty()) return nullptr;
+  std::sort(sample.begin(), sample.end());
+  return {{"median", quantile(sample, 0.5)}, {"min", sample.front()}};
+}
+
+template <typename T>
+Json orNull(const std::optional<T>& value) {
+  return value ? Json(*value) : Json();
+}
+
+Json orNull(const std::string& text) { return text.empty() ? Json() : Json(text); }
 
 std::size_t solvedRuns(const ExperimentRecord& experiment) {
   return static_cast<std::size_t>(std::count_if(experiment.runs.begin(), experiment.runs.end(),
@@ -76,13 +124,19 @@ Json toJson(const std::vector<NamePair>& pairs) {
 }
 
 struct Means {
-  double grasps_giver, grasps_receiver, handover_poses;
+  std::optional<double> grasps_giver, grasps_receiver, grasps_giver_per_pose,
+      grasps_receiver_per_pose, handover_poses;
 };
 
 Means meansOf(const ExperimentRecord& experiment) {
-  return {meanOf(experiment, [](const RunRecord& r) { return r.counts.grasps_giver; }),
-          meanOf(experiment, [](const RunRecord& r) { return r.counts.grasps_receiver; }),
-          meanOf(experiment, [](const RunRecord& r) { return r.counts.handover_poses; })};
+  const auto mean = [&experiment](auto member) {
+    return meanOf(experiment, [member](const RunRecord& run) { return run.counts.*member; });
+  };
+  using Counts = Funnel::Counts;
+  return {mean(&Counts::grasps_giver), mean(&Counts::grasps_receiver),
+          mean(&Counts::grasps_giver_per_pose), mean(&Counts::grasps_receiver_per_pose),
+          meanOf(experiment,
+                 [](const RunRecord& run) { return std::optional(run.counts.handover_poses); })};
 }
 
 void printSpread(std::ostream& out, const char* what, const std::optional<Spread>& spread) {
@@ -91,29 +145,46 @@ void printSpread(std::ostream& out, const char* what, const std::optional<Spread
                      spread->median, spread->p95, spread->max);
 }
 
+/// The paper's |G_g| is a fraction although giver and start never vary, so what it counts is open:
+/// both counts are shown.
 void printMeans(std::ostream& out, const ExperimentRecord& experiment) {
   const PaperRow* paper = paperRow(experiment.cell);
   const auto times = planningTimes(experiment);
   const Means means = meansOf(experiment);
-  const double seconds = times ? times->mean : 0;
-  const auto row = [&](const char* what, const char* paper_text, const std::string& ours) {
-    out << fmt::format("  {:<28}{:>10}{:>12}\n", what, paper_text, ours);
+  const auto row = [&](const char* what, const std::string& theirs, const std::string& ours) {
+    out << fmt::format("  {:<44}{:>10}{:>12}\n", what, theirs, ours);
   };
-  const auto number = [](double value) { return fmt::format("{:.2f}", value); };
+  const auto number = [](const std::optional<double>& value) {
+    return value ? fmt::format("{:.2f}", *value) : std::string("-");
+  };
   const auto theirs = [&](double PaperRow::*value) {
     return paper == nullptr ? std::string() : number(paper->*value);
   };
   row("means", paper == nullptr ? "" : "paper", "ours");
-  row("planning time [s]", theirs(&PaperRow::seconds).c_str(), fmt::format("{:.4f}", seconds));
-  row("giver's grasps |G_g|", theirs(&PaperRow::grasps_giver).c_str(), number(means.grasps_giver));
-  row("receiver's grasps |G_r|", theirs(&PaperRow::grasps_receiver).c_str(),
+  row("planning time [s]", theirs(&PaperRow::seconds),
+      times ? fmt::format("{:.4f}", times->mean) : "-");
+  row("giver's grasps |G_g| at the start (IV-C)", theirs(&PaperRow::grasps_giver),
+      number(means.grasps_giver));
+  row("giver's grasps for each handover pose", "", number(means.grasps_giver_per_pose));
+  row("receiver's grasps |G_r| at the goal (IV-B)", theirs(&PaperRow::grasps_receiver),
       number(means.grasps_receiver));
-  row("handover poses", theirs(&PaperRow::handover_poses).c_str(), number(means.handover_poses));
+  row("receiver's grasps for each handover pose", "", number(means.grasps_receiver_per_pose));
+  row("handover poses", theirs(&PaperRow::handover_poses), number(means.handover_poses));
   if (paper == nullptr) return;
   out << fmt::format(
       "  paper: Table {}, 100 runs, all solved; its counts are those of --search "
       "paper --mode all\n",
       paper->table);
+}
+
+void printClearances(std::ostream& out, const ExperimentRecord& experiment) {
+  for (const char* between : {"furniture", "robots"}) {
+    std::vector<double> sample = clearances(experiment, between);
+    if (sample.empty()) continue;
+    std::sort(sample.begin(), sample.end());
+    out << fmt::format("  clearance of {} [mm]: median {:.1f}, least {:.1f}\n", between,
+                       1e3 * quantile(sample, 0.5), 1e3 * sample.front());
+  }
 }
 
 }  // namespace
@@ -124,49 +195,67 @@ const PaperRow* paperRow(const std::string& cell) {
   return row == std::end(kPaper) ? nullptr : row;
 }
 
-void Funnel::add(const PlanEvent& stage) {
-  if (const auto* scene = std::get_if<SceneSnapshot>(&stage.payload)) {
-    giver_ = scene->giver;
-    receiver_ = scene->receiver;
-  } else if (const auto* arms = std::get_if<ArmSelected>(&stage.payload)) {
-    giver_arm_ = arms->giver_arm;
-    receiver_arm_ = arms->receiver_arm;
-  } else if (const auto* pruned = std::get_if<GraspsPruned>(&stage.payload)) {
+void Funnel::add(const PlanEvent& event) {
+  if (answer_ && *answer_ != event.answer_id) *this = Funnel();
+  answer_ = event.answer_id;
+  if (const auto* scene = std::get_if<SceneSnapshot>(&event.payload)) {
+    object_ = scene->object;
+  } else if (const auto* arms = std::get_if<ArmSelected>(&event.payload)) {
+    selected_ = arms->holders;
+  } else if (const auto* pruned = std::get_if<GraspsPruned>(&event.payload)) {
     pruned_.push_back(*pruned);
-  } else if (const auto* candidates = std::get_if<HandoverCandidates>(&stage.payload)) {
+  } else if (const auto* candidates = std::get_if<HandoverCandidates>(&event.payload)) {
     candidates_.push_back(*candidates);
-  } else if (const auto* solution = std::get_if<Solution>(&stage.payload)) {
-    giver_arm_ = solution->giver_arm;
-    receiver_arm_ = solution->receiver_arm;
+  } else if (const auto* solution = std::get_if<Solution>(&event.payload)) {
     solutions_.push_back(*solution);
-  } else if (const auto* outcome = std::get_if<Outcome>(&stage.payload)) {
+  } else if (const auto* outcome = std::get_if<Outcome>(&event.payload)) {
     if (const auto* done = std::get_if<Done>(outcome)) final_ = done->solution;
   }
 }
 
-bool Funnel::ofTheseArms(const HandoverCandidates& candidates) const {
-  return candidates.giver_arm == giver_arm_ && candidates.receiver_arm == receiver_arm_;
+std::vector<ArmName> Funnel::chain() const {
+  const Solution* solution = chosen();
+  if (solution == nullptr && !solutions_.empty()) solution = &solutions_.back();
+  if (solution == nullptr) return selected_;
+  std::vector<ArmName> arms;
+  for (const Holder& holder : solution->holders) arms.push_back(holder.arm);
+  return arms;
+}
+
+bool Funnel::ofChain(const HandoverCandidates& candidates, const std::vector<ArmName>& chain) {
+  const std::size_t giver = candidates.handover, receiver = giver + 1;
+  return receiver < chain.size() && candidates.giver == chain[giver] &&
+         candidates.receiver == chain[receiver];
 }
 
 Funnel::Counts Funnel::counts() const {
+  const std::vector<ArmName> arms = chain();
   Counts counts;
+  if (arms.size() < 2) return counts;
   for (const GraspsPruned& pruned : pruned_) {
-    if (pruned.robot == giver_ && pruned.arm == giver_arm_) counts.grasps_giver = pruned.kept;
-    if (pruned.robot == receiver_ && pruned.arm == receiver_arm_) {
-      counts.grasps_receiver = pruned.kept;
-    }
+    const bool start = pruned.place == PruningPlace::kStart;
+    if (start && pruned.arm == arms.front()) counts.grasps_giver = pruned.kept;
+    if (!start && pruned.arm == arms.back()) counts.grasps_receiver = pruned.kept;
   }
+  std::uint32_t receiver_grasps = 0;
   for (const HandoverCandidates& candidates : candidates_) {
-    if (!ofTheseArms(candidates)) continue;
+    if (!ofChain(candidates, arms)) continue;
     counts.handover_poses += candidates.poses;
     counts.tuples += candidates.tuples;
+    receiver_grasps += candidates.receiver_grasps;
+  }
+  if (counts.handover_poses > 0) {
+    counts.grasps_giver_per_pose = double(counts.tuples) / counts.handover_poses;
+    counts.grasps_receiver_per_pose = double(receiver_grasps) / counts.handover_poses;
   }
   return counts;
 }
 
 std::vector<LatticeCell> Funnel::lattice() const {
+  const std::vector<ArmName> arms = chain();
   for (const HandoverCandidates& candidates : candidates_) {
-    if (ofTheseArms(candidates) && !candidates.lattice.empty()) return candidates.lattice;
+    if (candidates.handover != 0 || !ofChain(candidates, arms)) continue;
+    if (!candidates.lattice.empty()) return candidates.lattice;
   }
   return {};
 }
@@ -186,22 +275,6 @@ std::optional<Spread> spreadOf(std::vector<double> sample) {
                 quantile(sample, 0.95), sample.back()};
 }
 
-const char* toString(SearchMode mode) {
-  switch (mode) {
-    case SearchMode::kFirst:
-      return "first";
-    case SearchMode::kBest:
-      return "best";
-    case SearchMode::kAll:
-      return "all";
-  }
-  return "best";
-}
-
-const char* toString(SearchWidth search) {
-  return search == SearchWidth::kPaper ? "paper" : "wide";
-}
-
 Json toJson(const RunRecord& run) {
   Json json = {{"index", run.index},
                {"seed", run.seed},
@@ -209,14 +282,20 @@ Json toJson(const RunRecord& run) {
                {"redrawn", run.redrawn},
                {"touched", toJson(run.touched)},
                {"outcome", run.outcome},
-               {"reason", run.reason.empty() ? Json() : Json(run.reason)},
-               {"explanation", run.explanation.empty() ? Json() : Json(run.explanation)},
+               {"reason", orNull(run.reason)},
+               {"explanation", orNull(run.explanation)},
                {"planning_time_s", run.planning_time_s},
-               {"first_plan_s", run.first_plan_s ? Json(*run.first_plan_s) : Json()},
-               {"grasps_giver", run.counts.grasps_giver},
-               {"grasps_receiver", run.counts.grasps_receiver},
+               {"first_plan_s", orNull(run.first_plan_s)},
+               {"first_cost", orNull(run.first_cost)},
+               {"cost", orNull(run.cost)},
+               {"quality", run.quality ? client::toJson(*run.quality) : Json()},
+               {"grasps_giver", orNull(run.counts.grasps_giver)},
+               {"grasps_receiver", orNull(run.counts.grasps_receiver)},
+               {"grasps_giver_per_pose", orNull(run.counts.grasps_giver_per_pose)},
+               {"grasps_receiver_per_pose", orNull(run.counts.grasps_receiver_per_pose)},
                {"handover_poses", run.counts.handover_poses},
-               {"tuples", run.counts.tuples}};
+               {"tuples", run.counts.tuples},
+               {"failure_s", orNull(run.failure_s)}};
   if (run.violations) json["violations"] = *run.violations;
   return json;
 }
@@ -228,6 +307,12 @@ Json summaryOf(const ExperimentRecord& experiment) {
   for (const auto& [pair, count] : touchedPairs(experiment)) {
     touched.push_back({{"pair", {pair.first, pair.second}}, {"count", count}});
   }
+  const auto of_quality = [&experiment](double (*value)(const Quality&)) {
+    return toJson(qualitySpread(experiment, value));
+  };
+  const auto over_bound = [](const Quality& q) {
+    return q.bound_s > 0 ? q.duration_s / q.bound_s : 1;
+  };
   const Means means = meansOf(experiment);
   return {{"runs", experiment.runs.size()},
           {"solved", solvedRuns(experiment)},
@@ -235,19 +320,25 @@ Json summaryOf(const ExperimentRecord& experiment) {
           {"touched", std::move(touched)},
           {"planning_time_s", toJson(planningTimes(experiment))},
           {"first_plan_s", toJson(firstPlanTimes(experiment))},
-          {"grasps_giver_mean", means.grasps_giver},
-          {"grasps_receiver_mean", means.grasps_receiver},
-          {"handover_poses_mean", means.handover_poses}};
+          {"duration_s", of_quality([](const Quality& q) { return q.duration_s; })},
+          {"object_s", of_quality([](const Quality& q) { return q.object_s; })},
+          {"duration_over_bound", of_quality(over_bound)},
+          {"clearance_furniture_m", clearanceJson(clearances(experiment, "furniture"))},
+          {"clearance_robots_m", clearanceJson(clearances(experiment, "robots"))},
+          {"grasps_giver_mean", orNull(means.grasps_giver)},
+          {"grasps_receiver_mean", orNull(means.grasps_receiver)},
+          {"handover_poses_mean", orNull(means.handover_poses)}};
 }
 
 Json toJson(const ExperimentRecord& experiment) {
   Json records = Json::array();
   for (const RunRecord& run : experiment.runs) records.push_back(toJson(run));
-  return {{"format", "handover-experiment/1"},
+  return {{"format", "handover-experiment/2"},
           {"cell", experiment.cell},
           {"seed", experiment.seed},
           {"mode", toString(experiment.mode)},
           {"search", toString(experiment.search)},
+          {"objective", toString(experiment.objective)},
           {"stretch", experiment.stretch},
           {"machine", experiment.machine},
           {"records", std::move(records)},
@@ -255,15 +346,20 @@ Json toJson(const ExperimentRecord& experiment) {
 }
 
 void printTable(std::ostream& out, const ExperimentRecord& experiment) {
-  out << fmt::format("{}: {} of {} runs solved; seed {}, mode {}, search {}, stretch {}; {}\n\n",
-                     experiment.cell, solvedRuns(experiment), experiment.runs.size(),
-                     experiment.seed, toString(experiment.mode), toString(experiment.search),
-                     experiment.stretch, experiment.machine);
+  out << fmt::format(
+      "{}: {} of {} runs solved; seed {}, mode {}, search {}, objective {}, stretch {}; {}\n\n",
+      experiment.cell, solvedRuns(experiment), experiment.runs.size(), experiment.seed,
+      toString(experiment.mode), toString(experiment.search), toString(experiment.objective),
+      experiment.stretch, experiment.machine);
   printMeans(out, experiment);
   out << fmt::format("\n  {:<28}{:>10}{:>10}{:>10}{:>10}\n", "seconds", "mean", "median", "p95",
                      "max");
   printSpread(out, "to the outcome", planningTimes(experiment));
   printSpread(out, "to the first plan", firstPlanTimes(experiment));
+  printSpread(out, "to the reason of a failure", failureTimes(experiment));
+  printSpread(out, "of the plan's motion",
+              qualitySpread(experiment, [](const Quality& q) { return q.duration_s; }));
+  printClearances(out, experiment);
   for (const auto& [pair, count] : touchedPairs(experiment)) {
     out << fmt::format("\n  drawn again {} x, the start touches: {} - {}", count, pair.first,
                        pair.second);

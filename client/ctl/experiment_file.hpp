@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The records of an experiment, their summary, and both as file (format handover-experiment/1) and
+// The records of an experiment, their summary, and both as file (format handover-experiment/2) and
 // as the paper's table.
 #pragma once
 
@@ -26,28 +26,40 @@ struct PaperRow {
 /// Nullptr for a cell that is none of the paper's scenes.
 const PaperRow* paperRow(const std::string& cell);
 
-/// How far the search of one request came, by its stream: |G_g|, |G_r|, handover poses and tuples
-/// of the solution's arms, or of the arms selected if there is no solution.
+/// How far the search of one request came, by its stream: of the chain of the final solution, or of
+/// the arms selected if there is none. A new answer begins anew.
 class Funnel {
  public:
-  void add(const PlanEvent& stage);
+  void add(const PlanEvent& event);
 
   struct Counts {
-    std::uint32_t grasps_giver = 0, grasps_receiver = 0, handover_poses = 0, tuples = 0;
+    /// §IV-C and §IV-B: the first holder's grasps at the start, the last one's at the goal; nullopt
+    /// with one holder.
+    std::optional<std::uint32_t> grasps_giver, grasps_receiver;
+    /// Of the handovers' candidates; nullopt where there is no handover pose.
+    std::optional<double> grasps_giver_per_pose, grasps_receiver_per_pose;
+    std::uint32_t handover_poses = 0, tuples = 0;
   };
 
   Counts counts() const;
 
-  /// The crossed maps of the same arms, best cell first.
+  /// The crossed maps of the chain's first handover, best cell first.
   std::vector<LatticeCell> lattice() const;
 
   /// The solution that the outcome names; nullptr without one.
   const Solution* chosen() const;
 
- private:
-  bool ofTheseArms(const HandoverCandidates& candidates) const;
+  /// The object that is moved; empty before the scene is known.
+  const std::string& object() const { return object_; }
 
-  std::string giver_, receiver_, giver_arm_, receiver_arm_;
+ private:
+  std::vector<ArmName> chain() const;
+  /// Whether they are of that handover of the chain.
+  static bool ofChain(const HandoverCandidates& candidates, const std::vector<ArmName>& chain);
+
+  std::optional<AnswerId> answer_;
+  std::string object_;
+  std::vector<ArmName> selected_;
   std::vector<GraspsPruned> pruned_;
   std::vector<HandoverCandidates> candidates_;
   std::vector<Solution> solutions_;
@@ -57,7 +69,7 @@ class Funnel {
 /// Where the object changed hands, in W [m].
 struct HandoverPlace {
   std::array<double, 3> object{};         ///< the object's origin
-  std::array<double, 3> receiver_tool{};  ///< the lattice's cells are places of it
+  std::array<double, 3> receiver_tool{};  ///< of the next holder
 };
 
 /// One run: one draw that was answered.
@@ -70,11 +82,14 @@ struct RunRecord {
   std::string outcome;              ///< done, failed, cancelled or rejected
   std::string reason, explanation;  ///< empty if done
   double planning_time_s = 0;       ///< from the write of the request to the outcome
-  std::optional<double> first_plan_s;
+  std::optional<double> first_plan_s, first_cost, cost;
+  std::optional<Quality> quality;
   Funnel::Counts counts;
+  std::optional<double> failure_s;                     ///< to the reason why there is no plan
   std::optional<std::vector<std::string>> violations;  ///< if its plan was verified
-  // For the page alone, not in the file.
-  std::optional<HandoverPlace> handover;
+  // Not in the file.
+  std::string object;  ///< that is moved
+  std::vector<HandoverPlace> handovers;
   std::vector<LatticeCell> lattice;
 
   bool done() const { return outcome == "done"; }
@@ -85,6 +100,7 @@ struct ExperimentRecord {
   std::uint64_t seed = 1;
   SearchMode mode = SearchMode::kBest;
   SearchWidth search = SearchWidth::kWide;
+  Objective objective = Objective::kDexterity;
   double stretch = 1;
   std::string machine;
   std::vector<RunRecord> runs;
@@ -100,11 +116,9 @@ struct Spread {
 /// Nullopt for an empty sample.
 std::optional<Spread> spreadOf(std::vector<double> sample);
 
-const char* toString(SearchMode mode);
-const char* toString(SearchWidth search);
-
 client::Json toJson(const RunRecord& run);
-/// The file's `summary`: means over all records, times of first plans over those that have one.
+/// The file's `summary`: each mean, spread and least over the records that have the value; null
+/// where none has it.
 client::Json summaryOf(const ExperimentRecord& experiment);
 client::Json toJson(const ExperimentRecord& experiment);
 

@@ -12,13 +12,22 @@ namespace {
 
 constexpr std::size_t kCausesShown = 5;
 
-std::string causeText(const RejectCount& reject) {
-  std::string text = reject.cause;
-  if (reject.pair != NamePair{}) text += " " + reject.pair.first + " - " + reject.pair.second;
+std::string nameOf(const ArmName& name) {
+  return name.arm.empty() ? name.robot : name.robot + "/" + name.arm;
+}
+
+std::string causeText(const CauseCount& cause) {
+  const auto& [first, second] = cause.pair;
+  std::string text = toString(cause.cause);
+  if (!first.empty()) text += " " + first;
+  if (!second.empty()) text += " - " + second;
+  if (cause.stage) {
+    text += fmt::format(" (holder {}, {})", cause.stage->holder, toString(cause.stage->action));
+  }
   return text;
 }
 
-void printCauses(std::ostream& out, const std::vector<RejectCount>& causes) {
+void printCauses(std::ostream& out, const std::vector<CauseCount>& causes) {
   const std::size_t shown = std::min(causes.size(), kCausesShown);
   for (std::size_t i = 0; i < shown; ++i) {
     out << fmt::format("{:12}{:6} x {}\n", "", causes[i].count, causeText(causes[i]));
@@ -26,6 +35,13 @@ void printCauses(std::ostream& out, const std::vector<RejectCount>& causes) {
   if (causes.size() > shown) {
     out << fmt::format("{:12}and {} other causes\n", "", causes.size() - shown);
   }
+}
+
+void printFix(std::ostream& out, const std::vector<Override>& overrides, const std::string& text) {
+  for (const Override& change : overrides) {
+    out << fmt::format("{:12}would work: --set '{}={}'\n", "", change.path, change.value);
+  }
+  if (!text.empty()) out << fmt::format("{:12}{}\n", "", text);
 }
 
 std::string at(const std::array<double, 3>& p) {
@@ -37,12 +53,28 @@ std::string saved(const client::MotionTime& time) {
   return fmt::format(", {:.2f} s less than one stage after the other", time.overlap_saves_s);
 }
 
+void printQuality(std::ostream& out, const Quality& quality) {
+  out << fmt::format("{:>12}  cost {:.2f}, duration {:.2f} s of at least {:.2f} s, tilt {:.1f} deg",
+                     "", quality.cost, quality.duration_s, quality.bound_s, quality.tilt_deg);
+  for (const ClearanceQuality& clearance : quality.clearance) {
+    const bool far = clearance.pair == NamePair{};
+    out << fmt::format(", clearance of {} {}{:.0f} mm", clearance.between, far ? "over " : "",
+                       1e3 * clearance.least_m);
+  }
+  out << "\n";
+}
+
 }  // namespace
 
-void Report::add(const PlanEvent& stage) {
-  plan_.add(stage);
-  elapsed_s_ = stage.elapsed_s;
-  std::visit([this](const auto& payload) { print(payload); }, stage.payload);
+void Report::add(const PlanEvent& event) {
+  if (answer_id_ && *answer_id_ != event.answer_id) {
+    out_ << "restarted   another answer begins; what came before is void\n";
+    explained_ = fix_told_ = false;
+  }
+  answer_id_ = event.answer_id;
+  answer_.add(event);
+  elapsed_s_ = event.elapsed_s;
+  std::visit([this](const auto& payload) { print(payload); }, event.payload);
   out_.flush();
 }
 
@@ -52,58 +84,96 @@ void Report::print(const Accepted& accepted) {
 }
 
 void Report::print(const SceneSnapshot& scene) {
-  out_ << fmt::format("scene       {} {}: {} gives {} to {}; start {}, goal {}\n", scene.cell,
-                      scene.task, scene.giver, scene.object, scene.receiver,
-                      at(scene.X_WO_start.xyz), at(scene.X_WO_goal.xyz));
+  out_ << fmt::format("scene       {} {}: {} from {}{} to {}{}\n", scene.cell, scene.task,
+                      scene.object, at(scene.start.X_WO.xyz),
+                      scene.start.held_by ? ", held by " + nameOf(*scene.start.held_by) : "",
+                      at(scene.goal.X_WO.xyz),
+                      scene.goal.end == TransportEnd::kHold ? ", held there" : "");
 }
 
 void Report::print(const ArmSelected& arms) {
-  out_ << fmt::format("arms        giver {}, receiver {}\n", arms.giver_arm, arms.receiver_arm);
+  std::string chain;
+  for (const ArmName& holder : arms.holders)
+    chain += (chain.empty() ? "" : " to ") + nameOf(holder);
+  out_ << fmt::format("arms        {}\n", chain);
   for (const ArmScore& score : arms.scores) {
-    out_ << fmt::format("{:12}{} {}: {:.4f}{}\n", "", score.robot, score.arm, score.manipulability,
-                        score.rejected.empty() ? "" : " - " + score.rejected);
+    std::string why;
+    if (score.rejected != Cause::kUnspecified) why = std::string(" - ") + toString(score.rejected);
+    if (!score.object.empty()) why += " " + score.object;
+    out_ << fmt::format("{:12}holder {}: {}: {:.4f}{}\n", "", score.holder, nameOf(score.arm),
+                        score.manipulability, why);
   }
 }
 
 void Report::print(const GraspsPruned& pruned) {
-  out_ << fmt::format("grasps      {} {}: {} of {} kept\n", pruned.robot, pruned.arm, pruned.kept,
-                      pruned.tested);
-  printCauses(out_, pruned.rejects);
+  out_ << fmt::format("grasps      {} at the {}: {} of {} kept\n", nameOf(pruned.arm),
+                      toString(pruned.place), pruned.kept, pruned.tested);
+  printCauses(out_, pruned.causes);
 }
 
 void Report::print(const HandoverCandidates& candidates) {
   out_ << fmt::format(
-      "handover    {} to {}: {} voxels, {} poses tried, {} with a giver grasp, {} tuples\n",
-      candidates.giver_arm, candidates.receiver_arm, candidates.voxels, candidates.poses_tried,
-      candidates.poses, candidates.tuples);
-  printCauses(out_, candidates.rejects);
+      "handover {:<3}{} to {}: {} lattice points, {} poses tried, {} with a giver grasp, {} "
+      "tuples\n",
+      candidates.handover, nameOf(candidates.giver), nameOf(candidates.receiver),
+      candidates.lattice_points, candidates.poses_tried, candidates.poses, candidates.tuples);
+  printCauses(out_, candidates.causes);
 }
 
 void Report::print(const Solution& solution) {
-  out_ << fmt::format("solution {:<3}giver {} grasp {}, receiver {} grasp {}, handover at {}\n",
-                      solution.index, solution.giver_arm, solution.giver_grasp,
-                      solution.receiver_arm, solution.receiver_grasp,
-                      at(solution.X_WO_handover.xyz));
-  const Dexterity& d = solution.dexterity;
-  out_ << fmt::format(
-      "{:12}dexterity: receiver place {:.4f}, handover {:.4f}; giver pick {:.4f}, handover "
-      "{:.4f}\n",
-      "", d.receiver_place, d.receiver_handover, d.giver_pick, d.giver_handover);
+  out_ << fmt::format("solution {:<3}cost {:.3f}", solution.index, solution.cost);
+  for (const PoseValue& X_WO : solution.X_WO_handovers) out_ << ", handover at " << at(X_WO.xyz);
+  out_ << "\n";
+  for (const Holder& holder : solution.holders) {
+    out_ << fmt::format("{:12}{} grasp {}, dexterity: take {:.4f}, give {:.4f}\n", "",
+                        nameOf(holder.arm), holder.grasp, holder.dexterity.take,
+                        holder.dexterity.give);
+  }
 }
 
 void Report::print(const StageTrajectory&) {}  // all of them with the outcome, as one table
 
+void Report::print(const Note& note) { out_ << fmt::format("note        {}\n", note.text); }
+
+void Report::print(const Failure& failure) {
+  out_ << fmt::format("no plan     {}: {} ({}{}), {:.1f} ms\n", toString(failure.reason),
+                      failure.explanation.text, failure.explanation.filter,
+                      failure.explanation.exhaustive ? ", exhaustive" : "", 1e3 * elapsed_s_);
+  printCauses(out_, failure.explanation.causes);
+  explained_ = true;
+}
+
+void Report::print(const Fix& fix) {
+  out_ << "fix\n";
+  printFix(out_, fix.overrides, fix.text);
+  fix_told_ = true;
+}
+
 void Report::printPlan() {
-  out_ << fmt::format("\n{:>12}  {:<18} {:<12} {:>7} {:>9} {:>8}\n", "", "stage", "robot", "start",
+  const Solution* solution = answer_.solution();
+  if (solution == nullptr) return;
+  out_ << fmt::format("\n{:>12}  {:<10} {:<18} {:>7} {:>9} {:>8}\n", "", "stage", "arm", "start",
                       "duration", "samples");
-  for (const StageTrajectory* stage : plan_.trajectories()) {
+  for (const StageTrajectory* stage : answer_.trajectories()) {
+    const auto& holders = solution->holders;
+    const std::string arm =
+        stage->holder < holders.size() ? nameOf(holders[stage->holder].arm) : stage->robot;
     const double duration = stage->t.empty() ? 0 : stage->t.back();
-    out_ << fmt::format("{:>12}  {:<18} {:<12} {:>6.2f}s {:>8.2f}s {:>8}\n", stage->index,
-                        toString(stage->kind), stage->robot, stage->start, duration,
-                        stage->t.size());
+    out_ << fmt::format("{:>12}  {:<10} {:<18} {:>6.2f}s {:>8.2f}s {:>8}\n", stage->index,
+                        toString(stage->action), arm, stage->start, duration, stage->t.size());
   }
-  const client::MotionTime time = plan_.motionTime();
-  out_ << fmt::format("{:>12}  the handover takes {:.2f} s{}\n\n", "", time.motion_s, saved(time));
+  const client::MotionTime time = answer_.motionTime();
+  out_ << fmt::format("{:>12}  the plan takes {:.2f} s{}\n", "", time.motion_s, saved(time));
+  if (solution->quality) printQuality(out_, *solution->quality);
+  out_ << "\n";
+}
+
+void Report::print(const Failed& failed) {
+  const Explanation& why = failed.explanation;
+  out_ << fmt::format("failed      {}: {} ({}{}), {:.1f} ms\n", toString(failed.reason), why.text,
+                      why.filter, why.exhaustive ? ", exhaustive" : "", 1e3 * elapsed_s_);
+  if (!explained_) printCauses(out_, why.causes);
+  if (!fix_told_) printFix(out_, why.nearest_fix, why.fix_text);
 }
 
 void Report::print(const Outcome& outcome) {
@@ -112,27 +182,21 @@ void Report::print(const Outcome& outcome) {
     printPlan();
     out_ << fmt::format("done        solution {}{}, {:.1f} ms", done->solution,
                         done->complete ? "" : " (cut by the deadline)", ms);
-    if (const auto first = plan_.firstPlanSeconds()) {
+    if (const auto first = answer_.firstPlanSeconds()) {
       out_ << fmt::format(", first plan after {:.1f} ms", 1e3 * *first);
     }
     out_ << "\n";
   } else if (const auto* failed = std::get_if<Failed>(&outcome)) {
-    const Explanation& why = failed->explanation;
-    out_ << fmt::format("failed      {}: {} ({}), {:.1f} ms\n", toString(failed->reason), why.text,
-                        why.filter, ms);
-    printCauses(out_, why.causes);
-    for (const Override& fix : why.nearest_fix) {
-      out_ << fmt::format("{:12}would work: --set '{}={}'\n", "", fix.path, fix.value);
-    }
-    if (!why.fix_text.empty()) out_ << fmt::format("{:12}{}\n", "", why.fix_text);
+    print(*failed);
   } else if (const auto* rejected = std::get_if<Rejected>(&outcome)) {
-    out_ << fmt::format("rejected    {}\n", rejected->reason);
+    out_ << fmt::format("rejected    {}\n", toString(rejected->reason));
     for (const Fault& fault : rejected->faults) {
       out_ << fmt::format("{:12}{}{}{}\n", "", fault.field, fault.field.empty() ? "" : ": ",
                           fault.message);
     }
   } else {
-    out_ << fmt::format("cancelled   after {:.1f} ms\n", ms);
+    out_ << fmt::format("cancelled   {}, after {:.1f} ms\n",
+                        toString(std::get<Cancelled>(outcome).cause), ms);
   }
 }
 
@@ -142,6 +206,8 @@ void printStatus(std::ostream& out, const DaemonStatus& status) {
   const OutcomeCounters& n = status.counters;
   out << fmt::format("  requests: {} accepted, {} done, {} failed, {} cancelled, {} rejected\n",
                      n.accepted, n.done, n.failed, n.cancelled, n.rejected);
+  out << fmt::format("  clients: {}, requests refused: {}, memory: {:.0f} MB\n", status.clients,
+                     status.refused, 1e-6 * static_cast<double>(status.memory_bytes));
   for (const CellInfo& cell : status.cells) {
     out << fmt::format("  cell {} (revision {}):", cell.name, cell.revision);
     for (const auto& task : cell.tasks) out << ' ' << task;

@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stages and status as text for people.
+// Events and status as text for people.
 #pragma once
 
-#include <handover/client/plan_file.hpp>
+#include <handover/client/answer.hpp>
 #include <handover/common/status.hpp>
 
 #include <iosfwd>
+#include <optional>
 
 namespace handover::ctl {
 
-/// Prints the search of one request as its stages arrive.
+/// Prints the search of one request as its events arrive.
 class Report {
  public:
   explicit Report(std::ostream& out) : out_(out) {}
 
-  void add(const PlanEvent& stage);
+  void add(const PlanEvent& event);
 
-  const client::PlanFile& plan() const { return plan_; }
+  const client::Answer& answer() const { return answer_; }
 
  private:
   void print(const Accepted& accepted);
@@ -26,12 +27,18 @@ class Report {
   void print(const HandoverCandidates& candidates);
   void print(const Solution& solution);
   void print(const StageTrajectory& stage);
+  void print(const Note& note);
+  void print(const Failure& failure);
+  void print(const Fix& fix);
   void print(const Outcome& outcome);
+  void print(const Failed& failed);
   void printPlan();
 
   std::ostream& out_;  // outlives the report
   double elapsed_s_ = 0;
-  client::PlanFile plan_;
+  std::optional<AnswerId> answer_id_;
+  bool explained_ = false, fix_told_ = false;
+  client::Answer answer_;
 };
 
 void printStatus(std::ostream& out, const DaemonStatus& status);

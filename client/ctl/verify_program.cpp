@@ -41,7 +41,8 @@ VerifyProgram::VerifyProgram() {
   }
 }
 
-std::vector<std::string> VerifyProgram::violations(const fs::path& plan) const {
+std::vector<std::string> VerifyProgram::violations(const fs::path& plan,
+                                                   const std::string& root) const {
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
   posix_spawn_file_actions_t actions;
@@ -55,7 +56,10 @@ std::vector<std::string> VerifyProgram::violations(const fs::path& plan) const {
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
   std::string program = program_.string(), file = fs::absolute(plan).string();
-  std::array<char*, 3> arguments{program.data(), file.data(), nullptr};
+  std::string flag = "--root", folder = root;
+  std::vector<char*> arguments{program.data(), file.data()};
+  if (!root.empty()) arguments.insert(arguments.end(), {flag.data(), folder.data()});
+  arguments.push_back(nullptr);
   pid_t pid = -1;
   const int failed =
       posix_spawn(&pid, program.c_str(), &actions, &attributes, arguments.data(), environ);
@@ -73,11 +77,12 @@ std::vector<std::string> VerifyProgram::violations(const fs::path& plan) const {
   if (code != kValid && code != kInvalid && code != kUnreadable) {
     throw std::runtime_error(program + " broke off: " + text);
   }
+  if (code == kUnreadable) throw UnreadablePlan(text);
   std::vector<std::string> lines;
   if (code == kValid) return lines;
   std::istringstream in(text);
   for (std::string line; std::getline(in, line);) lines.push_back(line);
-  if (code == kInvalid && lines.size() > 1) lines.pop_back();  // it only counts the others
+  if (lines.size() > 1) lines.pop_back();  // it only counts the others
   if (lines.empty()) lines.emplace_back("invalid");
   return lines;
 }

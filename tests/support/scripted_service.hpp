@@ -14,36 +14,37 @@ namespace handover::test {
 class ScriptedService : public PlanService {
  public:
   std::vector<CellInfo> cells() const override {
-    return {{"script",
-             {"answer", "fail", "hold", "paced", "throw", "touch", "touch_low", "refuse_low"},
-             7,
-             {{"number", {0}, {1}, {}, {}}, {"word", {}, {}, {}, {"low", "high"}}}}};
+    CellInfo cell{.name = "script", .tasks = kTasks, .revision = 7, .variations = {}};
+    cell.variations = {{"number", {0}, {1}, {}, {}}, {"word", {}, {}, {}, {"low", "high"}}};
+    cell.scene_hash = "0123abcd";
+    return {cell};
   }
 
   void prepare(const Deadline&) override {}
 
   Outcome plan(const PlanRequest& request, PlanEventSink& sink, const Deadline& deadline) override {
     if (request.task == "throw") throw std::runtime_error("thrown as asked");
-    if (request.task == "fail") return sampleFailure();
+    if (request.task == "fail") return play(sampleFailedAnswer(request.id), sink);
     if (request.task == "hold") return hold(sink, deadline);
     if (request.task == "paced") return pace(sink);
+    if (request.task == "echo") return echo(request, sink);
     if (request.task == "touch" || (request.task == "touch_low" && numberOf(request) < 0.04)) {
-      return Failed{FailureReason::kStartInCollision,
-                    {.filter = "start",
-                     .text = "a touches b",
-                     .causes = {{"collision", {"a", "b"}, 1}},
-                     .nearest_fix = {},
-                     .fix_text = ""}};
+      Explanation why{.filter = "start", .text = "a touches b"};
+      why.causes = {{Cause::kCollision, {"a", "b"}, {}, 1}};
+      return Failed{FailureReason::kStartInCollision, why};
     }
     if (request.task == "refuse_low" && numberOf(request) < 0.5) {
-      return Rejected{"bad_request", {{"number", "is low"}}};
+      return Rejected{RejectionReason::kBadRequest, {{"number", "is low"}}};
     }
-    auto stages = sampleAnswer(request.id);
-    for (std::size_t i = 1; i + 1 < stages.size(); ++i) sink.emit(stages[i].payload);
-    return std::get<Outcome>(stages.back().payload);
+    const std::uint32_t holders = request.task == "one" ? 1 : request.task == "three" ? 3 : 2;
+    return play(sampleAnswer(request.id, 0.001, holders), sink);
   }
 
  private:
+  inline static const std::vector<std::string> kTasks{"answer", "one",       "three",     "fail",
+                                                      "echo",   "hold",      "paced",     "throw",
+                                                      "touch",  "touch_low", "refuse_low"};
+
   static double numberOf(const PlanRequest& request) {
     for (const Override& change : request.overrides) {
       if (change.path == "number") return std::stod(change.value);
@@ -51,21 +52,39 @@ class ScriptedService : public PlanService {
     return 1;
   }
 
-  /// Emits stages 7 ms apart, as a search does.
+  /// Emits all but the first event, which the runtime sends, and the outcome.
+  static Outcome play(const std::vector<PlanEvent>& events, PlanEventSink& sink) {
+    for (std::size_t i = 1; i + 1 < events.size(); ++i) sink.emit(events[i].payload);
+    return std::get<Outcome>(events.back().payload);
+  }
+
+  /// Says what was asked, as rejections' faults.
+  static Outcome echo(const PlanRequest& request, PlanEventSink& sink) {
+    sink.emit(Note{"echo", "what arrived"});
+    std::string chain;
+    for (const auto& holder : request.chain) chain += (chain.empty() ? "" : ",") + holder;
+    return Rejected{RejectionReason::kBadRequest,
+                    {{"chain", chain},
+                     {"objective", toString(request.objective)},
+                     {"slack_s", std::to_string(request.slack_s)},
+                     {"wants_fix", request.wants_fix ? "true" : "false"}}};
+  }
+
+  /// Emits events 7 ms apart, as a search does.
   static Outcome pace(PlanEventSink& sink) {
     std::mutex mutex;
     std::condition_variable never;
     std::unique_lock lock(mutex);
     for (int i = 0; i < 20; ++i) {
       never.wait_for(lock, std::chrono::milliseconds(7), [] { return false; });
-      sink.emit(ArmSelected{"left", "right", {}});
+      sink.emit(sampleArms());
     }
-    return Cancelled{};
+    return Cancelled{CancelCause::kAsked};
   }
 
-  /// Emits a stage and searches until it is stopped.
+  /// Emits an event and searches until it is stopped.
   static Outcome hold(PlanEventSink& sink, const Deadline& deadline) {
-    sink.emit(ArmSelected{"left", "right", {}});
+    sink.emit(sampleArms());
     std::mutex mutex;
     std::condition_variable never;
     std::unique_lock lock(mutex);

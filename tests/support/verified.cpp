@@ -5,17 +5,19 @@
 #include "verify/unreadable.hpp"
 #include "verify/verifier.hpp"
 
-#include <handover/client/plan_file.hpp>
+#include <handover/client/answer.hpp>
 
 namespace handover::test {
 
-std::string planText(const std::vector<PlanEventPayload>& stages, const Outcome& outcome) {
-  client::PlanFile file;
+std::string planText(const std::vector<PlanEventPayload>& events, const Outcome& outcome) {
+  client::Answer answer;
   std::uint32_t sequence = 0;
-  file.add({RequestId{}, sequence++, 0.0, Accepted{}});
-  for (const PlanEventPayload& payload : stages) file.add({RequestId{}, sequence++, 0.0, payload});
-  file.add({RequestId{}, sequence, 0.0, outcome});
-  return file.text();
+  answer.add({RequestId{}, {}, sequence++, 0.0, Accepted{}});
+  for (const PlanEventPayload& payload : events) {
+    answer.add({RequestId{}, {}, sequence++, 0.0, payload});
+  }
+  answer.add({RequestId{}, {}, sequence, 0.0, outcome});
+  return answer.text();
 }
 
 testing::AssertionResult verifiedFile(const std::filesystem::path& file,
@@ -29,8 +31,8 @@ testing::AssertionResult verifiedFile(const std::filesystem::path& file,
   }
 }
 
-testing::AssertionResult verified(const std::vector<PlanEventPayload>& stages, const Outcome& outcome,
-                                  const std::filesystem::path& root) {
+testing::AssertionResult verified(const std::vector<PlanEventPayload>& events,
+                                  const Outcome& outcome, const std::filesystem::path& root) {
   if (!std::holds_alternative<Done>(outcome)) {
     const auto* failed = std::get_if<Failed>(&outcome);
     return testing::AssertionFailure()
@@ -40,7 +42,7 @@ testing::AssertionResult verified(const std::vector<PlanEventPayload>& stages, c
                    : "outcome " + std::to_string(outcome.index()));
   }
   const TemporaryFolder folder;
-  return verifiedFile(folder.write("plan.json", planText(stages, outcome)), root);
+  return verifiedFile(folder.write("plan.json", planText(events, outcome)), root);
 }
 
 }  // namespace handover::test

@@ -30,11 +30,11 @@ class ClientOfAnotherProcess : public testing::Test {
 
 TEST_F(ClientOfAnotherProcess, IsAnsweredAgainAndAgain) {
   for (int i = 0; i < 20; ++i) {
-    int stages = 0;
-    const auto handle = client_.plan(scripted("answer"), [&stages](const PlanEvent&) { ++stages; });
+    int events = 0;
+    const auto handle = client_.plan(scripted("answer"), [&events](const PlanEvent&) { ++events; });
     ASSERT_TRUE(handle.waitFor(20s)) << "request " << i;
     EXPECT_TRUE(std::holds_alternative<Done>(handle.wait()));
-    EXPECT_GT(stages, 10);
+    EXPECT_EQ(events, 40);
   }
 }
 
@@ -61,11 +61,26 @@ TEST_F(ClientOfAnotherProcess, CanCancelWhatWasTakenThoughInterrupted) {
   }
 }
 
+TEST_F(ClientOfAnotherProcess, SendsEveryOptionOfItsRequest) {
+  PlanRequest request = scripted("echo");
+  request.chain = {"crichton/left", "hubo"};
+  request.objective = Objective::kDexterity;
+  request.slack_s = 0.5;
+  request.wants_fix = false;
+  const Outcome outcome = client_.plan(request).wait();
+  ASSERT_TRUE(std::holds_alternative<Rejected>(outcome));
+  const std::vector<Fault> echoed{{"chain", "crichton/left,hubo"},
+                                  {"objective", "dexterity"},
+                                  {"slack_s", "0.500000"},
+                                  {"wants_fix", "false"}};
+  EXPECT_EQ(std::get<Rejected>(outcome).faults, echoed);
+}
+
 TEST_F(ClientOfAnotherProcess, IsAnsweredAfterACancel) {
   const auto held = client_.plan(scripted("hold"));
   held.cancel();
   ASSERT_TRUE(held.waitFor(20s));
-  EXPECT_TRUE(std::holds_alternative<Cancelled>(held.wait()));
+  EXPECT_EQ(held.wait(), Outcome{Cancelled{CancelCause::kAsked}});
   const auto next = client_.plan(scripted("answer"));
   ASSERT_TRUE(next.waitFor(20s));
   EXPECT_TRUE(std::holds_alternative<Done>(next.wait()));

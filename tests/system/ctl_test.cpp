@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // handoverctl and handoverd as people run them: exit codes, output, signals.
+#include "plan_text.hpp"
 #include "process.hpp"
 #include "temporary_folder.hpp"
 
@@ -133,7 +134,7 @@ TEST_F(Ctl, ChecksTheOutputBeforeAsking) {
   const TemporaryFolder folder;
   // Below a plain file: not even root can write there.
   const std::string output = folder.write("file", "").string() + "/plan.json";
-  for (const char* command : {"plan --cell c --output ", "plan --cell c --dump-state giver_grasp ",
+  for (const char* command : {"plan --cell c --output ", "plan --cell c --dump-state start ",
                               "experiment c --output ", "experiment c --html "}) {
     const auto result = ctl(command + output + " --wait 60");
     EXPECT_EQ(result.status, 3);
@@ -150,8 +151,12 @@ TEST_F(ScriptedCtl, StatusAndCells) {
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_EQ(lines[0]["state"], "ready");
   EXPECT_EQ(lines[0]["cells"][0]["name"], "script");
-  EXPECT_THAT(ctl("cells").out, HasSubstr("script: answer fail hold paced throw touch"));
-  EXPECT_EQ(jsonLines(ctl("cells --json").out).at(0)["tasks"].size(), 8u);
+  EXPECT_EQ(lines[0]["cells"][0]["scene_hash"], "0123abcd");
+  EXPECT_GT(lines[0]["memory_bytes"], 1'000'000);
+  EXPECT_EQ(lines[0]["refused"], 0);
+  EXPECT_THAT(ctl("cells").out,
+              HasSubstr("script: answer one three fail echo hold paced throw touch"));
+  EXPECT_EQ(jsonLines(ctl("cells --json").out).at(0)["tasks"].size(), 11u);
   EXPECT_EQ(jsonLines(ctl("cells --json").out).at(0)["vary"]["number"]["range"],
             nlohmann::json::parse("[[0.0], [1.0]]"));
 }
@@ -171,26 +176,77 @@ TEST_F(ScriptedCtl, PlanWritesTheSamePlanTwice) {
     const fs::path file = folder / name;
     const auto result = ctl("plan --cell script --task answer --output " + file.string());
     ASSERT_EQ(result.status, 0) << result.err;
-    EXPECT_THAT(result.out, HasSubstr("receiver_retreat"));
+    EXPECT_THAT(result.out, HasSubstr("home       hubo/right"));
     const std::string text = textOf(file);
     const auto json = nlohmann::json::parse(text);
-    EXPECT_EQ(json["format"], "handover-plan/1");
+    EXPECT_EQ(json["format"], "handover-plan/2");
     EXPECT_EQ(json["timing"]["scene_revision"], 7);
-    plans.push_back(text.substr(0, text.find("\"complete\"")));
+    plans.push_back(planMember(text));
+    EXPECT_FALSE(plans.back().empty());
   }
   EXPECT_EQ(plans[0], plans[1]);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 2);  // nothing half-written
+}
+
+TEST_F(ScriptedCtl, PlansHaveAsManyStagesAsTheirChainNeeds) {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "plan.json";
+  for (const auto& [task, stages] : {std::pair{"one", 9u}, {"answer", 16u}, {"three", 23u}}) {
+    const auto result =
+        ctl("plan --cell script --task " + std::string(task) + " --output " + file.string());
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(nlohmann::json::parse(textOf(file))["plan"]["stages"].size(), stages);
+  }
+}
+
+TEST_F(ScriptedCtl, FlagsReachTheDaemon) {
+  const auto given = ctl(
+      "plan --cell script --task echo --chain crichton/left,hubo --objective dexterity --slack 0.5 "
+      "--no-fix");
+  EXPECT_EQ(given.status, 12);
+  for (const char* text : {"chain: crichton/left,hubo", "objective: dexterity", "slack_s: 0.500000",
+                           "wants_fix: false"}) {
+    EXPECT_THAT(given.out, HasSubstr(text));
+  }
+  const auto defaults = ctl("plan --cell script --task echo --chain auto");
+  for (const char* text :
+       {"chain: auto", "objective: unspecified", "slack_s: 0.250000", "wants_fix: true"}) {
+    EXPECT_THAT(defaults.out, HasSubstr(text));
+  }
+}
+
+TEST_F(ScriptedCtl, AFailedRequestIsAFileToo) {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "plan.json", state = folder / "state.obj";
+  const auto result = ctl("plan --cell script --task fail --output " + file.string() +
+                          " --dump-state start " + state.string());
+  EXPECT_EQ(result.status, 10) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("no plan     no_grasp_at_goal: No grasp of cup"));
+  const auto json = nlohmann::json::parse(textOf(file));
+  EXPECT_TRUE(json["plan"].is_null());
+  EXPECT_EQ(json["scene"]["cell"], "butler");
+  EXPECT_EQ(json["explanation"]["reason"], "no_grasp_at_goal");
+  EXPECT_EQ(json["explanation"]["causes"][0]["count"], 300);
+  EXPECT_FALSE(fs::exists(state));  // there is no plan of which it could be a moment
+}
+
+TEST_F(ScriptedCtl, UnwritableStandardOutputIsSaid) {
+  const Finished result = run({"/bin/sh", "-c",
+                               kCtl + " plan --cell script --task answer --domain " +
+                                   std::to_string(domain) + " > /dev/full"});
+  EXPECT_EQ(result.status, 3);
+  EXPECT_THAT(result.err, HasSubstr("cannot write to standard output"));
 }
 
 TEST_F(ScriptedCtl, JsonIsAllThatStandardOutputHolds) {
   const auto result = ctl("plan --cell script --task answer --json");
   EXPECT_EQ(result.status, 0);
   const auto lines = jsonLines(result.out);
-  ASSERT_EQ(lines.size(), 36u);
+  ASSERT_EQ(lines.size(), 40u);
   for (std::size_t i = 0; i < lines.size(); ++i) EXPECT_EQ(lines[i]["sequence"], i);
   EXPECT_EQ(lines.front()["type"], "accepted");
   EXPECT_EQ(lines.back()["outcome"], "done");
-  EXPECT_THAT(result.err, HasSubstr("giver_reach"));
+  EXPECT_THAT(result.err, HasSubstr("reach      crichton/right"));
 }
 
 TEST_F(ScriptedCtl, OutcomesHaveTheirExitCodes) {
@@ -202,6 +258,9 @@ TEST_F(ScriptedCtl, OutcomesHaveTheirExitCodes) {
   EXPECT_THAT(failed.out, HasSubstr("--set 'robots.hubo.base.xyz=[1.1, -0.3, 0.98]'"));
   EXPECT_EQ(ctl("plan --cell script --task throw" + output).status, 1);
   EXPECT_EQ(ctl("plan --cell script --task hold --deadline 0.05" + output).status, 11);
+  const auto late = nlohmann::json::parse(textOf(folder / "plan.json"));
+  EXPECT_EQ(late["explanation"]["causes"][0]["cause"], "deadline");
+  fs::remove(folder / "plan.json");
   const auto unknown = ctl("plan --cell nowhere" + output);
   EXPECT_EQ(unknown.status, 12);
   EXPECT_THAT(unknown.out, HasSubstr("unknown_cell"));
@@ -214,7 +273,7 @@ TEST_F(ScriptedCtl, AnInterruptCancels) {
   ASSERT_TRUE(plan.waitForOutput("arms"));
   plan.signal(SIGINT);
   EXPECT_EQ(plan.wait(), 11);
-  EXPECT_THAT(plan.out(), HasSubstr("cancelled"));
+  EXPECT_THAT(plan.out(), HasSubstr("cancelled   asked"));
 }
 
 TEST_F(ScriptedCtl, CancelAndWatchFindARequestById) {
@@ -237,6 +296,7 @@ TEST_F(ScriptedCtl, SigtermOfTheDaemonGivesOutcomes) {
   daemon.signal(SIGTERM);
   EXPECT_EQ(running.wait(), 11);
   EXPECT_EQ(queued.wait(), 11);
+  EXPECT_THAT(queued.out(), HasSubstr("cancelled   daemon_stopping"));
   EXPECT_EQ(daemon.wait(), 0);
 }
 
@@ -265,7 +325,7 @@ TEST_F(ScriptedCtl, AnIdOfZerosIsOneRequestLikeAnyOther) {
   EXPECT_EQ(ctl("watch 00000000000000000000000000000000 --wait 2").status, 12);
 }
 
-TEST_F(ScriptedCtl, ADaemonThatComesBackGoesOn) {
+TEST_F(ScriptedCtl, ADaemonThatComesBackAnswersAnew) {
   Process plan(command("plan --cell script --task hold --wait 30 --json"));
   ASSERT_TRUE(plan.waitForOutput("arm_selected"));
   const std::string id = jsonLines(plan.out().substr(0, plan.out().find('\n'))).at(0)["request_id"];
@@ -277,8 +337,13 @@ TEST_F(ScriptedCtl, ADaemonThatComesBackGoesOn) {
   EXPECT_EQ(ctl("cancel " + id).status, 0);
   EXPECT_EQ(plan.wait(), 11);
   const auto lines = jsonLines(plan.out());
-  ASSERT_EQ(lines.size(), 3u);  // accepted and arm_selected once, and the outcome
-  for (std::size_t i = 0; i < lines.size(); ++i) EXPECT_EQ(lines[i]["sequence"], i);
+  // What the first daemon sent; that it is void; and a whole answer of the second.
+  ASSERT_EQ(lines.size(), 6u);
+  EXPECT_EQ(lines[2]["type"], "restart");
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(lines[3 + i]["sequence"], i);
+  EXPECT_NE(lines[3]["answer_id"], lines[1]["answer_id"]);
+  EXPECT_EQ(lines[5]["answer_id"], lines[3]["answer_id"]);
+  EXPECT_THAT(plan.err(), HasSubstr("restarted"));
 }
 
 TEST_F(ScriptedCtl, AKilledClientFreesTheDaemon) {
@@ -287,7 +352,7 @@ TEST_F(ScriptedCtl, AKilledClientFreesTheDaemon) {
   Process watch(command("watch --json"));
   ASSERT_TRUE(watch.waitForOutput("arm_selected"));
   plan.signal(SIGKILL);
-  EXPECT_TRUE(watch.waitForOutput("\"cancelled\""));
+  EXPECT_TRUE(watch.waitForOutput("\"client_lost\""));
   EXPECT_EQ(ctl("plan --cell script --task answer").status, 0);
   watch.signal(SIGTERM);
   EXPECT_EQ(watch.wait(), 0);
@@ -315,7 +380,7 @@ TEST_F(ScriptedCtl, AnExperimentAnswersEveryRun) {
   EXPECT_THAT(result.out, HasSubstr("12 of 12 runs solved"));
   EXPECT_THAT(result.err, HasSubstr("12 of 12 runs"));
   const auto file = nlohmann::json::parse(textOf(output));
-  EXPECT_EQ(file["format"], "handover-experiment/1");
+  EXPECT_EQ(file["format"], "handover-experiment/2");
   ASSERT_EQ(file["records"].size(), 12u);
   std::set<nlohmann::json> drawn;
   for (std::size_t i = 0; i < 12; ++i) {
@@ -324,11 +389,14 @@ TEST_F(ScriptedCtl, AnExperimentAnswersEveryRun) {
     EXPECT_EQ(record["seed"], 5 + i);
     EXPECT_EQ(record["outcome"], "done");
     EXPECT_EQ(record["handover_poses"], 17);
+    EXPECT_EQ(record["first_cost"], 14.5);
+    EXPECT_EQ(record["cost"], 13.5);
+    EXPECT_EQ(record["quality"]["bound_s"], 10.0);
     EXPECT_LE(record["first_plan_s"], record["planning_time_s"]);
     drawn.insert(record["drawn"]["number"]);
     char name[16];
     std::snprintf(name, sizeof name, "%03zu.json", i);
-    EXPECT_EQ(nlohmann::json::parse(textOf(plans / name))["format"], "handover-plan/1");
+    EXPECT_EQ(nlohmann::json::parse(textOf(plans / name))["format"], "handover-plan/2");
   }
   EXPECT_EQ(drawn.size(), 12u);
 
@@ -365,11 +433,12 @@ TEST_F(ScriptedCtl, AnExperimentIsShownAsAPage) {
   for (std::size_t i = 0; i < 12; ++i) {
     const auto& more = data["more"][i];
     EXPECT_THAT(more["command"].get<std::string>(),
-                HasSubstr("--cell script --task refuse_low --mode best --search wide --seed " +
+                HasSubstr("--cell script --task refuse_low --mode best --search wide "
+                          "--objective dexterity --seed " +
                           std::to_string(i + 1) + " --set number=0."));
     const bool done = file["records"][i]["outcome"] == "done";
     EXPECT_EQ(more["lattice"].size(), done ? 2u : 0u);
-    EXPECT_EQ(more["handover"].is_null(), !done);
+    EXPECT_EQ(more["handovers"].size(), done ? 1u : 0u);
   }
 }
 
@@ -380,7 +449,7 @@ TEST_F(ScriptedCtl, FailedRunsAreAnswersToo) {
       ctl("experiment script --task fail --runs 2 --plans " + (folder / "plans").string());
   EXPECT_EQ(failed.status, 0) << failed.err;
   EXPECT_THAT(failed.out, HasSubstr("0 of 2 runs solved"));
-  EXPECT_THAT(failed.out, HasSubstr("run 001 failed: no_grasp_at_goal (no grasp of cup"));
+  EXPECT_THAT(failed.out, HasSubstr("run 001 failed: no_grasp_at_goal (No grasp of cup"));
   EXPECT_TRUE(fs::is_empty(folder / "plans"));
   const auto some = ctl("experiment script --task refuse_low --runs 12 --json");
   EXPECT_EQ(some.status, 0) << some.err;
@@ -409,8 +478,12 @@ TEST_F(ScriptedCtl, MoreThanATenthDrawnAgainFailsTheExperiment) {
   const auto result =
       ctl("experiment script --task touch --runs 20 --output " + (folder / "e.json").string());
   EXPECT_EQ(result.status, 3) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("a touches b (3 x)"));
-  EXPECT_TRUE(fs::is_empty(folder.path()));
+  EXPECT_THAT(result.err, HasSubstr("3 of 3 drawn start scenes are in collision (limit 10 %"));
+  EXPECT_THAT(result.err, HasSubstr("a - b (3 x)"));
+  const auto file = nlohmann::json::parse(textOf(folder / "e.json"));
+  ASSERT_EQ(file["records"].size(), 1u);  // the one that was drawn again and again
+  EXPECT_EQ(file["records"][0]["reason"], "start_in_collision");
+  EXPECT_EQ(file["summary"]["redrawn"], 3);
 }
 
 TEST_F(ScriptedCtl, ExperimentsHaveTheirExitCodes) {
@@ -420,10 +493,9 @@ TEST_F(ScriptedCtl, ExperimentsHaveTheirExitCodes) {
   const std::string file = folder.write("file", "").string();
   EXPECT_EQ(ctl("experiment script --runs 1 --output " + file + "/e.json").status, 3);
   EXPECT_EQ(ctl("experiment script --runs 1 --plans " + file + "/plans").status, 3);
-  // The scripted plans show robots that are nowhere: the verifier refuses them.
+  // The scripted plans show robots that are nowhere: the verifier cannot read them, or refuses.
   const auto unverified = ctl("experiment script --task answer --runs 1 --verify");
-  EXPECT_EQ(unverified.status, 1);
-  EXPECT_THAT(unverified.out, HasSubstr("run 000 violates: "));
+  EXPECT_TRUE(unverified.status == 1 || unverified.status == 2) << unverified.status;
 }
 
 TEST_F(ScriptedCtl, AnInterruptEndsAnExperiment) {
@@ -476,10 +548,9 @@ TEST_F(Handoverd, RejectsNonsenseByField) {
   EXPECT_EQ(ask("--set robots.hubo.bass.xyz=[0,0,0]").status, 12);
   EXPECT_EQ(ask("--set robots.hubo.base.xyz=three").status, 12);
   EXPECT_EQ(ask("--task dance").status, 12);
-  const auto several =
-      ask("--giver-arm third --receiver-arm fourth --set robots.hubo.base.xyz=three");
+  const auto several = ask("--chain crichton/third,nobody --set robots.hubo.base.xyz=three");
   EXPECT_EQ(several.status, 12);
-  for (const char* field : {"giver_arm", "receiver_arm", "robots.hubo.base.xyz"}) {
+  for (const char* field : {"chain", "robots.hubo.base.xyz"}) {
     EXPECT_THAT(several.out, HasSubstr(field));
   }
   const auto unknown = run(command("plan --cell nowhere"));

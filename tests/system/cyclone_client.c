@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * A client of the daemon on another vendor's DDS, from the same IDL: the oracle of our wire.
  * usage: cyclone_client DOMAIN CELL TASK [cancel|dispose]
- * Waits for a daemon that is ready, sends a request, prints a line per stage, ends at the outcome.
- * At the second stage it cancels or disposes its request, if asked. */
+ * Waits for a daemon that is ready, sends a request, prints a line per event, ends at the outcome.
+ * At the second event it cancels or disposes its request, if asked. */
 #include "dds/dds.h"
 #include "handover.h"
 
@@ -73,8 +73,8 @@ int main(int argc, char** argv) {
   dds_entity_t status_topic = must(dds_create_topic(participant, &handover_msg_DaemonStatus_desc,
                                                     "handover/v1/status", NULL, NULL),
                                    "topic");
-  dds_entity_t stage_topic = must(
-      dds_create_topic(participant, &handover_msg_PlanStage_desc, "handover/v1/stage", NULL, NULL),
+  dds_entity_t event_topic = must(
+      dds_create_topic(participant, &handover_msg_PlanEvent_desc, "handover/v1/event", NULL, NULL),
       "topic");
   dds_entity_t request_topic =
       must(dds_create_topic(participant, &handover_msg_HandoverRequest_desc, "handover/v1/request",
@@ -88,7 +88,7 @@ int main(int argc, char** argv) {
   dds_entity_t subscriber = must(dds_create_subscriber(participant, all, NULL), "subscriber");
   dds_entity_t statuses =
       must(dds_create_reader(participant, status_topic, last, NULL), "status reader");
-  dds_entity_t stages = must(dds_create_reader(subscriber, stage_topic, all, NULL), "stage reader");
+  dds_entity_t events = must(dds_create_reader(subscriber, event_topic, all, NULL), "event reader");
   dds_entity_t requests =
       must(dds_create_writer(participant, request_topic, last, NULL), "request writer");
 
@@ -107,34 +107,44 @@ int main(int argc, char** argv) {
   request.client_id = "cyclone";
   request.cell = argv[2];
   request.task = argv[3];
-  request.object_name = request.giver = request.receiver = request.giver_arm =
-      request.receiver_arm = empty;
+  request.object_name = request.expected_hash = empty;
   request.X_WO_goal.orientation.w = 1;
   request.seed = 1;
   request.speed_scale = 1;
+  request.slack_s = 0.25;
   check(dds_write(requests, &request), "write");
 
   while (1) {
-    static handover_msg_PlanStage stage;
-    if (!take(stages, &stage)) return 1;
-    printf("stage %u payload %d", stage.sequence_number, (int)stage.payload._d);
-    if (stage.payload._d == handover_msg_PAYLOAD_SCENE) {
-      const handover_msg_SceneSnapshot* scene = &stage.payload._u.scene_value;
-      printf(" robot %s q %.17g part %.17g", scene->robots._buffer[0].name,
+    static handover_msg_PlanEvent event;
+    if (!take(events, &event)) return 1;
+    printf("event %u payload %d", event.sequence_number, (int)event.payload._d);
+    if (event.payload._d == handover_msg_PAYLOAD_SCENE) {
+      const handover_msg_SceneSnapshot* scene = &event.payload._u.scene_value;
+      printf(" robot %s q %.17g part %.17g end %d", scene->robots._buffer[0].name,
              scene->robots._buffer[0].q_start._buffer[1].position,
-             scene->objects._buffer[1].shape.parts._buffer[0].radius);
+             scene->objects._buffer[1].shape.parts._buffer[0].radius, (int)scene->end);
     }
-    if (stage.payload._d == handover_msg_PAYLOAD_TRAJECTORY) {
-      const handover_msg_Trajectory* trajectory = &stage.payload._u.trajectory_value;
-      printf(" q %.17g of %u", trajectory->q._buffer[trajectory->q._length - 1],
-             trajectory->q._length);
+    if (event.payload._d == handover_msg_PAYLOAD_SOLUTION) {
+      const handover_msg_Solution* solution = &event.payload._u.solution_value;
+      printf(" holders %u stages %u cost %.17g bound %.17g", solution->holders._length,
+             solution->stage_count, solution->cost, solution->quality.bound_s);
     }
-    if (stage.payload._d == handover_msg_PAYLOAD_OUTCOME) {
-      printf(" outcome %d\n", (int)stage.payload._u.outcome_value.kind);
+    if (event.payload._d == handover_msg_PAYLOAD_TRAJECTORY) {
+      const handover_msg_StageTrajectory* stage = &event.payload._u.trajectory_value;
+      printf(" holder %u action %d qdd %.17g of %u", stage->holder, (int)stage->action,
+             stage->qdd._buffer[2], stage->qdd._length);
+    }
+    if (event.payload._d == handover_msg_PAYLOAD_FAILURE) {
+      const handover_msg_Failure* failure = &event.payload._u.failure_value;
+      printf(" reason %d causes %u", (int)failure->reason, failure->why.causes._length);
+    }
+    if (event.payload._d == handover_msg_PAYLOAD_OUTCOME) {
+      const handover_msg_Outcome* outcome = &event.payload._u.outcome_value;
+      printf(" outcome %d cancelled by %d\n", (int)outcome->kind, (int)outcome->cancelled_by);
       break;
     }
     printf("\n");
-    if (argc > 4 && stage.sequence_number == 1) {
+    if (argc > 4 && event.sequence_number == 1) {
       if (strcmp(argv[4], "dispose") == 0) check(dds_dispose(requests, &request), "dispose");
       if (strcmp(argv[4], "cancel") == 0) sendCancel(participant, request.request_id);
     }

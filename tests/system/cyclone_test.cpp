@@ -34,26 +34,36 @@ TEST_F(Cyclone, ReadsTheStatusAndAWholeAnswer) {
   const auto client = ask({"script", "answer"});
   ASSERT_EQ(client.status, 0) << client.err << client.out;
   EXPECT_THAT(client.out, HasSubstr("status version 1 state 2 cell script revision 7\n"));
-  EXPECT_THAT(client.out, HasSubstr("stage 0 payload 1\n"));
-  EXPECT_THAT(
-      client.out,
-      HasSubstr("stage 1 payload 2 robot hubo q -0.33333333333333331 part 0.040000000000000001\n"));
-  EXPECT_THAT(client.out, HasSubstr("stage 34 payload 7 q 0.33333333333333331 of 6\n"));
-  EXPECT_THAT(client.out, HasSubstr("stage 35 payload 8 outcome 1\n"));
+  EXPECT_THAT(client.out, HasSubstr("event 0 payload 1\n"));
+  EXPECT_THAT(client.out, HasSubstr("event 1 payload 2 robot hubo q -0.33333333333333331 part "
+                                    "0.040000000000000001 end 1\n"));
+  EXPECT_THAT(client.out, HasSubstr("event 22 payload 6 holders 2 stages 16 cost 13.5 bound 10\n"));
+  EXPECT_THAT(client.out, HasSubstr("event 38 payload 7 holder 1 action 9 qdd 0.5 of 6\n"));
+  EXPECT_THAT(client.out, HasSubstr("event 39 payload 11 outcome 1 cancelled by 0\n"));
+}
+
+TEST_F(Cyclone, ReadsChainsOfThree) {
+  const auto client = ask({"script", "three"});
+  ASSERT_EQ(client.status, 0) << client.err << client.out;
+  EXPECT_THAT(client.out, HasSubstr("event 5 payload 6 holders 3 stages 23 cost 14.5"));
+  EXPECT_THAT(client.out, HasSubstr("event 53 payload 11 outcome 1"));
 }
 
 TEST_F(Cyclone, ReadsFailuresAndRejections) {
   const auto failed = ask({"script", "fail"});
-  EXPECT_THAT(failed.out, HasSubstr("stage 1 payload 8 outcome 2\n")) << failed.err;
+  EXPECT_THAT(failed.out, HasSubstr("event 4 payload 9 reason 5 causes 4\n")) << failed.err;
+  EXPECT_THAT(failed.out, HasSubstr("event 6 payload 11 outcome 2 cancelled by 0\n"));
   const auto rejected = ask({"nowhere", "x"});
   EXPECT_EQ(rejected.status, 0) << rejected.err;
 }
 
 TEST_F(Cyclone, CancelAndDisposeEndARequest) {
-  for (const char* how : {"cancel", "dispose"}) {
+  for (const auto& [how, cause] : {std::pair{"cancel", 1}, {"dispose", 2}}) {
     const auto client = ask({"script", "hold", how});
     ASSERT_EQ(client.status, 0) << how << client.err << client.out;
-    EXPECT_THAT(client.out, HasSubstr("stage 2 payload 8 outcome 3\n")) << how;
+    EXPECT_THAT(client.out,
+                HasSubstr("event 2 payload 11 outcome 3 cancelled by " + std::to_string(cause)))
+        << how;
   }
 }
 

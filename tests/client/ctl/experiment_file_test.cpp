@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "experiment_file.hpp"
 
+#include "plan_file/json_writer.hpp"
 #include "sample_events.hpp"
 
 #include <gmock/gmock.h>
@@ -25,28 +26,52 @@ TEST(SpreadOf, InterpolatesQuantiles) {
   EXPECT_FALSE(spreadOf({}));
 }
 
-TEST(Funnel, CountsTheArmsOfTheSolution) {
+void add(Funnel& funnel, PlanEventPayload payload) {
+  funnel.add(PlanEvent{RequestId{}, test::kSampleAnswer, 0, 0, std::move(payload)});
+}
+
+const ArmName kGiver{"crichton", "right"}, kReceiver{"hubo", "left"}, kOther{"crichton", "left"};
+
+GraspsPruned prunedOf(const ArmName& arm, PruningPlace place, std::uint32_t kept) {
+  return {.arm = arm, .holder = 0, .place = place, .tested = 316, .kept = kept, .causes = {}};
+}
+
+HandoverCandidates candidatesOf(const ArmName& giver, const ArmName& receiver, std::uint32_t poses,
+                                std::uint32_t tuples, std::uint32_t handover = 0) {
+  HandoverCandidates candidates{.handover = handover, .giver = giver, .receiver = receiver};
+  candidates.poses = poses;
+  candidates.receiver_grasps = 2 * poses;
+  candidates.tuples = tuples;
+  return candidates;
+}
+
+Solution solutionOf(const std::vector<ArmName>& arms) {
+  Solution solution;
+  for (const ArmName& arm : arms) solution.holders.push_back({.arm = arm});
+  return solution;
+}
+
+TEST(Funnel, CountsTheChainOfTheSolution) {
   Funnel funnel;
-  for (const PlanEvent& stage : test::sampleAnswer(RequestId::random())) funnel.add(stage);
+  for (const PlanEvent& event : test::sampleAnswer(RequestId::random())) funnel.add(event);
   const auto counts = funnel.counts();
-  EXPECT_EQ(counts.grasps_giver, 0u);  // the sample prunes the receiver's only
+  EXPECT_FALSE(counts.grasps_giver);  // the sample prunes the receiver's only
   EXPECT_EQ(counts.grasps_receiver, 40u);
   EXPECT_EQ(counts.handover_poses, 17u);
-  EXPECT_EQ(counts.tuples, 300u);
+  EXPECT_EQ(counts.tuples, 306u);
+  EXPECT_EQ(counts.grasps_giver_per_pose, 18);
+  EXPECT_EQ(counts.grasps_receiver_per_pose, 2);
+  EXPECT_EQ(funnel.object(), "cup");
 }
 
 TEST(Funnel, CountsTheArmsSelectedWhenThereIsNoSolution) {
   Funnel funnel;
-  const auto add = [&funnel](PlanEventPayload payload) {
-    funnel.add(PlanEvent{RequestId{}, 0, 0, std::move(payload)});
-  };
-  add(test::sampleScene());
-  add(ArmSelected{"right", "left", {}});
-  add(GraspsPruned{"crichton", "right", 316, 31, {}});
-  add(GraspsPruned{"crichton", "left", 316, 99, {}});
-  add(GraspsPruned{"hubo", "left", 368, 7, {}});
-  add(HandoverCandidates{"right", "left", 5, 7, 2, 9, {}, {}});
-  add(HandoverCandidates{"left", "left", 5, 7, 70, 90, {}, {}});
+  add(funnel, ArmSelected{{kGiver, kReceiver}, {}});
+  add(funnel, prunedOf(kGiver, PruningPlace::kStart, 31));
+  add(funnel, prunedOf(kOther, PruningPlace::kStart, 99));
+  add(funnel, prunedOf(kReceiver, PruningPlace::kGoal, 7));
+  add(funnel, candidatesOf(kGiver, kReceiver, 2, 9));
+  add(funnel, candidatesOf(kOther, kReceiver, 70, 90));
   const auto counts = funnel.counts();
   EXPECT_EQ(counts.grasps_giver, 31u);
   EXPECT_EQ(counts.grasps_receiver, 7u);
@@ -54,27 +79,54 @@ TEST(Funnel, CountsTheArmsSelectedWhenThereIsNoSolution) {
   EXPECT_EQ(counts.tuples, 9u);
 }
 
+TEST(Funnel, AddsUpTheHandoversOfALongChainAndHasNoneOfOneHolder) {
+  Funnel funnel;
+  add(funnel, prunedOf(kGiver, PruningPlace::kStart, 31));
+  add(funnel, prunedOf(kOther, PruningPlace::kGoal, 5));
+  add(funnel, candidatesOf(kGiver, kReceiver, 2, 9, 0));
+  add(funnel, candidatesOf(kReceiver, kOther, 3, 11, 1));
+  add(funnel, candidatesOf(kReceiver, kOther, 50, 50, 0));  // of another chain
+  add(funnel, solutionOf({kGiver, kReceiver, kOther}));
+  EXPECT_EQ(funnel.counts().handover_poses, 5u);
+  EXPECT_EQ(funnel.counts().tuples, 20u);
+  EXPECT_EQ(funnel.counts().grasps_receiver, 5u);
+  add(funnel, solutionOf({kGiver}));
+  EXPECT_FALSE(funnel.counts().grasps_giver);
+  EXPECT_FALSE(funnel.counts().grasps_receiver);
+  EXPECT_FALSE(funnel.counts().grasps_giver_per_pose);
+  EXPECT_EQ(funnel.counts().handover_poses, 0u);
+}
+
 TEST(Funnel, KeepsTheCrossedMapsOfTheArmsAndTheFinalSolution) {
   Funnel funnel;
   EXPECT_EQ(funnel.chosen(), nullptr);
-  const auto add = [&funnel](PlanEventPayload payload) {
-    funnel.add(PlanEvent{RequestId{}, 0, 0, std::move(payload)});
-  };
   const std::vector<LatticeCell> cells = {{{0.5, 0, 1}, 0.4}, {{0.55, 0, 1}, 0.3}};
-  add(HandoverCandidates{"left", "left", 9, 9, 9, 9, {}, {{{2, 2, 2}, 1}}});
-  add(HandoverCandidates{"right", "left", 2, 7, 0, 0, {}, cells});
-  add(HandoverCandidates{"right", "left", 2, 70, 5, 9, {}, {}});  // widened: the same cells
-  Solution first{.index = 0, .giver_arm = "right", .receiver_arm = "left"};
-  first.X_WO_handover.xyz = {1, 2, 3};
-  Solution second = first;
+  HandoverCandidates other = candidatesOf(kOther, kReceiver, 9, 9);
+  other.lattice = {{{2, 2, 2}, 1}};
+  HandoverCandidates first = candidatesOf(kGiver, kReceiver, 0, 0);
+  first.lattice = cells;
+  add(funnel, other);
+  add(funnel, first);
+  add(funnel, candidatesOf(kGiver, kReceiver, 5, 9));  // widened: the same cells
+  Solution solution = solutionOf({kGiver, kReceiver});
+  add(funnel, solution);
+  Solution second = solution;
   second.index = 1;
-  add(first);
-  add(second);
+  add(funnel, second);
   EXPECT_EQ(funnel.lattice(), cells);
   EXPECT_EQ(funnel.chosen(), nullptr);
-  add(Outcome{Done{0, true}});
+  add(funnel, Outcome{Done{0, true}});
   ASSERT_NE(funnel.chosen(), nullptr);
-  EXPECT_EQ(*funnel.chosen(), first);
+  EXPECT_EQ(*funnel.chosen(), solution);
+}
+
+TEST(Funnel, ForgetsAnAnswerWhenAnotherBegins) {
+  Funnel funnel;
+  for (const PlanEvent& event : test::sampleAnswer(RequestId::random())) funnel.add(event);
+  PlanEvent event{RequestId{}, {7}, 0, 0, Accepted{}};
+  funnel.add(event);
+  EXPECT_EQ(funnel.counts().handover_poses, 0u);
+  EXPECT_EQ(funnel.chosen(), nullptr);
 }
 
 ExperimentRecord sampleExperiment() {
@@ -90,7 +142,10 @@ ExperimentRecord sampleExperiment() {
   solved.outcome = "done";
   solved.planning_time_s = 0.25;
   solved.first_plan_s = 0.125;
-  solved.counts = {10, 20, 4, 40};
+  solved.first_cost = 15;
+  solved.cost = 14.5;
+  solved.quality = test::sampleQuality();
+  solved.counts = {10, 20, 2.5, 1.5, 4, 40};
   RunRecord failed;
   failed.index = 1;
   failed.seed = 2;
@@ -98,30 +153,49 @@ ExperimentRecord sampleExperiment() {
   failed.reason = "no_path";
   failed.explanation = "no way";
   failed.planning_time_s = 0.75;
+  failed.failure_s = 0.5;
   failed.violations = {{"plan t=0 limits: q"}};
   experiment.runs = {solved, failed};
   return experiment;
 }
 
+std::vector<std::string> keysOf(const Json& json) {
+  std::vector<std::string> keys;
+  for (auto it = json.begin(); it != json.end(); ++it) keys.push_back(it.key());
+  return keys;
+}
+
 TEST(ExperimentFile, HoldsWhatItsFormatSays) {
   const Json file = toJson(sampleExperiment());
-  EXPECT_EQ(file["format"], "handover-experiment/1");
-  for (const char* key : {"cell", "seed", "mode", "search", "stretch", "machine"}) {
-    EXPECT_TRUE(file.contains(key)) << key;
-  }
+  EXPECT_EQ(file["format"], "handover-experiment/2");
+  EXPECT_THAT(keysOf(file),
+              testing::ElementsAre("format", "cell", "seed", "mode", "search", "objective",
+                                   "stretch", "machine", "records", "summary"));
+  EXPECT_EQ(file["objective"], "dexterity");
   ASSERT_EQ(file["records"].size(), 2u);
   for (const Json& record : file["records"]) {
-    for (const char* key :
-         {"index", "drawn", "redrawn", "outcome", "reason", "planning_time_s", "first_plan_s",
-          "grasps_giver", "grasps_receiver", "handover_poses", "tuples"}) {
-      EXPECT_TRUE(record.contains(key)) << key;
-    }
+    EXPECT_THAT(keysOf(record),
+                testing::IsSupersetOf({"index", "drawn", "redrawn", "outcome", "reason",
+                                       "planning_time_s", "first_plan_s", "first_cost", "cost",
+                                       "quality", "grasps_giver", "grasps_receiver",
+                                       "grasps_giver_per_pose", "grasps_receiver_per_pose",
+                                       "handover_poses", "tuples", "failure_s"}));
   }
-  EXPECT_FALSE(file["records"][0].contains("lattice"));  // of the page alone
-  EXPECT_FALSE(file["records"][0].contains("handover"));
-  EXPECT_EQ(file["records"][0]["reason"], nullptr);
-  EXPECT_EQ(file["records"][1]["first_plan_s"], nullptr);
-  const Json& summary = file["summary"];
+  const Json &solved = file["records"][0], &failed = file["records"][1];
+  EXPECT_FALSE(solved.contains("lattice"));  // of the page alone
+  EXPECT_FALSE(solved.contains("handovers"));
+  EXPECT_EQ(solved["reason"], nullptr);
+  EXPECT_EQ(solved["quality"]["duration_s"], 12.5);
+  EXPECT_EQ(solved["failure_s"], nullptr);
+  for (const char* key : {"first_plan_s", "first_cost", "cost", "quality", "grasps_giver",
+                          "grasps_receiver_per_pose"}) {
+    EXPECT_EQ(failed[key], nullptr) << key;
+  }
+  EXPECT_EQ(failed["failure_s"], 0.5);
+}
+
+TEST(ExperimentFile, SumsUpWhatItsRecordsHave) {
+  const Json summary = summaryOf(sampleExperiment());
   EXPECT_EQ(summary["runs"], 2);
   EXPECT_EQ(summary["solved"], 1);
   EXPECT_EQ(summary["redrawn"], 1);
@@ -129,16 +203,32 @@ TEST(ExperimentFile, HoldsWhatItsFormatSays) {
   EXPECT_EQ(summary["planning_time_s"]["mean"], 0.5);
   EXPECT_EQ(summary["planning_time_s"]["max"], 0.75);
   EXPECT_EQ(summary["first_plan_s"]["median"], 0.125);
-  EXPECT_EQ(summary["grasps_giver_mean"], 5.0);
-  EXPECT_EQ(summary["grasps_receiver_mean"], 10.0);
+  EXPECT_EQ(summary["duration_s"]["mean"], 12.5);
+  EXPECT_EQ(summary["object_s"]["p95"], 7.0);
+  EXPECT_EQ(summary["duration_over_bound"]["max"], 1.25);
+  EXPECT_EQ(client::compact(summary["clearance_furniture_m"]),
+            R"({"median": 0.012, "min": 0.012})");
+  EXPECT_EQ(summary["clearance_robots_m"]["min"], 0.05);
+  EXPECT_EQ(summary["grasps_giver_mean"], 10.0);
+  EXPECT_EQ(summary["grasps_receiver_mean"], 20.0);
   EXPECT_EQ(summary["handover_poses_mean"], 2.0);
+}
+
+TEST(ExperimentFile, IsNullWhereNoRunHasAValue) {
+  ExperimentRecord experiment = sampleExperiment();
+  experiment.runs.erase(experiment.runs.begin());
+  const Json summary = summaryOf(experiment);
+  for (const char* key : {"first_plan_s", "duration_s", "object_s", "duration_over_bound",
+                          "clearance_furniture_m", "clearance_robots_m", "grasps_giver_mean"}) {
+    EXPECT_EQ(summary[key], nullptr) << key;
+  }
 }
 
 TEST(ExperimentTable, ShowsThePapersBesideOursAndWhatFailed) {
   std::ostringstream out;
   printTable(out, sampleExperiment());
-  for (const char* text : {"1 of 2 runs solved", "2.31", "0.5000", "39.77", "10.00", "Table II",
-                           "hubo/Body_LWR - table", "run 001 failed: no_path (no way)",
+  for (const char* text : {"1 of 2 runs solved", "2.31", "0.5000", "39.77", "10.00", "2.50",
+                           "Table II", "hubo/Body_LWR - table", "run 001 failed: no_path (no way)",
                            "run 001 violates: plan t=0 limits: q"}) {
     EXPECT_THAT(out.str(), HasSubstr(text));
   }

@@ -239,9 +239,9 @@ TEST_F(View, ShowsAPlanOfOneHolderThatHasTheObjectForGood) {
   plan["holders"].erase(2);
   plan["holders"].erase(1);
   plan["handovers"] = Json::array();
-  const Json all = plan["stages"];
   plan["stages"] = {stageOf(file, 0, "carry")};
   file["plan"]["stages"][0]["start"] = 0.0;
+  file["plan"]["stages"][0]["index"] = 0;
   file["scene"]["start"]["held_by"] = "duo/left";
   file["quality"] = nullptr;
   file["complete"] = false;

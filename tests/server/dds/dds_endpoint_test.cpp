@@ -22,17 +22,17 @@ namespace {
 using client::Client;
 using client::ClientError;
 
-/// Writes requests and reads stages without our client library.
+/// Writes requests and reads events without our client library.
 class BareClient {
  public:
   BareClient(int domain, const std::string& client_id)
       : participant_({.domain = domain, .name = "bare", .on_writer = {}}),
-        stages_(participant_, {.partition = client_id},
+        events_(participant_, {.partition = client_id},
                 [this](const wire::Sample<msg::PlanEvent>& sample) {
                   if (sample.message == nullptr) return;
-                  const auto stage = wire::decode(*sample.message);
+                  const auto event = wire::decode(*sample.message);
                   const std::lock_guard lock(mutex_);
-                  received_.push_back(std::get<PlanEvent>(stage));
+                  received_.push_back(std::get<PlanEvent>(event));
                   changed_.notify_all();
                 }),
         requests_(participant_, {.on_match = [this](const auto&) {
@@ -50,7 +50,7 @@ class BareClient {
 
   void dispose(const msg::HandoverRequest& request) { requests_.dispose(request); }
 
-  bool waitForStages(std::size_t count) {
+  bool waitForEvents(std::size_t count) {
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, 20s, [&] { return received_.size() >= count; });
   }
@@ -69,7 +69,7 @@ class BareClient {
   std::condition_variable changed_;
   std::vector<PlanEvent> received_;
   wire::Participant participant_;
-  wire::Reader<msg::PlanEvent> stages_;
+  wire::Reader<msg::PlanEvent> events_;
   wire::Writer<msg::HandoverRequest> requests_;
 };
 
@@ -113,7 +113,7 @@ TEST_F(DdsEndpointTest, RejectsABadRequestWithEveryFault) {
   const auto outcome = bare.outcome();
   ASSERT_TRUE(outcome && std::holds_alternative<Rejected>(*outcome));
   const auto& rejected = std::get<Rejected>(*outcome);
-  EXPECT_EQ(rejected.reason, "bad_request");
+  EXPECT_EQ(rejected.reason, RejectionReason::kBadRequest);
   std::vector<std::string> fields;
   for (const Fault& fault : rejected.faults) fields.push_back(fault.field);
   EXPECT_THAT(fields, testing::UnorderedElementsAre("X_WO_goal.xyz", "mode", "speed_scale"));
@@ -135,18 +135,21 @@ TEST_F(DdsEndpointTest, ADisposedRequestIsCancelled) {
   BareClient bare(domain, "bare");
   const auto message = wire::encode(scripted("hold"));
   bare.send(message);
-  ASSERT_TRUE(bare.waitForStages(2));
+  ASSERT_TRUE(bare.waitForEvents(2));
   bare.dispose(message);
-  EXPECT_EQ(bare.outcome(), Outcome{Cancelled{}});
+  EXPECT_EQ(bare.outcome(), Outcome{Cancelled{CancelCause::kDisposed}});
 }
 
 TEST_F(DdsEndpointTest, ALostClientIsCancelled) {
   start();
+  // Reads what the lost client no longer does.
+  BareClient partition(domain, "bare");
   {
     BareClient bare(domain, "bare");
     bare.send(wire::encode(scripted("hold")));
-    ASSERT_TRUE(bare.waitForStages(2));
+    ASSERT_TRUE(bare.waitForEvents(2));
   }
+  EXPECT_EQ(partition.outcome(), Outcome{Cancelled{CancelCause::kClientLost}});
   // The one worker is free again.
   Client client({.domain = domain, .client_id = "second"});
   EXPECT_TRUE(std::holds_alternative<Done>(client.plan(scripted("answer")).wait()));
@@ -157,7 +160,7 @@ TEST_F(DdsEndpointTest, RequestsThatWaitForTheDaemonAreAnswered) {
   start();
   bare.send(wire::encode(scripted("answer")));
   EXPECT_EQ(bare.outcome(), (Outcome{Done{1, true}}));
-  EXPECT_TRUE(bare.waitForStages(36));
+  EXPECT_TRUE(bare.waitForEvents(40));
 }
 
 TEST_F(DdsEndpointTest, ClientsAtOnceGetWholeAnswersInOrder) {
@@ -171,7 +174,7 @@ TEST_F(DdsEndpointTest, ClientsAtOnceGetWholeAnswersInOrder) {
       for (int p = 0; p < kPlans; ++p) {
         std::vector<PlanEvent> seen;
         const auto handle =
-            client.plan(scripted("answer"), [&](const PlanEvent& stage) { seen.push_back(stage); });
+            client.plan(scripted("answer"), [&](const PlanEvent& event) { seen.push_back(event); });
         const Outcome outcome = handle.wait();
         const auto expected = sampleAnswer(handle.id());
         bool same = outcome == Outcome{Done{1, true}} && seen.size() == expected.size();
@@ -196,7 +199,8 @@ TEST_F(DdsEndpointTest, AFloodIsAnsweredInFull) {
   for (const auto& handle : handles) {
     const Outcome outcome = handle.wait();
     if (std::holds_alternative<Cancelled>(outcome)) ++cancelled;
-    if (outcome.index() == 3 && std::get<Rejected>(outcome).reason == "busy") ++busy;
+    if (outcome.index() == 3 && std::get<Rejected>(outcome).reason == RejectionReason::kBusy)
+      ++busy;
   }
   EXPECT_EQ(cancelled + busy, 300);
   EXPECT_GE(busy, 290);
@@ -209,7 +213,9 @@ TEST_F(DdsEndpointTest, StopDeliversOutcomes) {
   std::vector<client::PlanHandle> handles;
   for (int i = 0; i < 5; ++i) handles.push_back(client.plan(scripted("hold")));
   runtime->stop();
-  for (const auto& handle : handles) EXPECT_EQ(handle.wait(), Outcome{Cancelled{}});
+  for (const auto& handle : handles) {
+    EXPECT_EQ(handle.wait(), Outcome{Cancelled{CancelCause::kDaemonStopping}});
+  }
 }
 
 TEST_F(DdsEndpointTest, AClientKnowsWhenThereIsNoDaemon) {
@@ -234,26 +240,84 @@ TEST_F(DdsEndpointTest, AClientRejectsWhatTheWireCannotCarry) {
   EXPECT_THROW(Client({.domain = 233}), ClientError);
 }
 
-TEST_F(DdsEndpointTest, AClientTellsOfAMissingStage) {
-  // A daemon that sends the first stage and the third.
-  const wire::Participant participant({.domain = domain, .name = "gaps", .on_writer = {}});
-  wire::Writer<msg::DaemonStatus> statuses(participant, {});
-  wire::Writer<msg::PlanEvent> stages(participant, {.partition = "gaps"});
-  const wire::Reader<msg::HandoverCancel> cancels(participant, {}, [](const auto&) {});
-  const wire::Reader<msg::HandoverRequest> requests(
-      participant, {}, [&](const wire::Sample<msg::HandoverRequest>& sample) {
-        if (sample.message == nullptr) return;
-        const RequestId id{sample.key};
-        (void)stages.write(wire::encode(PlanEvent{id, 0, 0, Accepted{0, 7}}));
-        (void)stages.write(wire::encode(PlanEvent{id, 2, 0, Outcome{Done{1, true}}}));
-      });
-  DaemonStatus status;
-  status.id = RequestId::random().bytes;
-  status.version = "test";
-  status.state = DaemonState::kReady;
-  status.cells = service.cells();
-  ASSERT_EQ(statuses.write(wire::encode(status)), wire::WriteResult::kOk);
+TEST_F(DdsEndpointTest, AnAnsweredIdIsRejectedUnderANewAnswer) {
+  start();
+  Client client({.domain = domain, .client_id = "again", .wait = 20s});
+  auto request = scripted("answer");
+  AnswerId first{}, second{};
+  (void)client.plan(request, [&](const PlanEvent& event) { first = event.answer_id; }).wait();
+  const Outcome outcome =
+      client.plan(request, [&](const PlanEvent& event) { second = event.answer_id; }).wait();
+  ASSERT_TRUE(std::holds_alternative<Rejected>(outcome));
+  EXPECT_EQ(std::get<Rejected>(outcome).reason, RejectionReason::kAlreadyAnswered);
+  EXPECT_NE(first, second);
+}
 
+TEST_F(DdsEndpointTest, CarriesPlansOfOneTwoAndThreeHolders) {
+  start();
+  Client client({.domain = domain, .client_id = "chains", .wait = 20s});
+  for (const auto& [task, stages] : {std::pair{"one", 9}, {"answer", 16}, {"three", 23}}) {
+    int last_solution = 0;
+    const auto handle = client.plan(scripted(task), [&](const PlanEvent& event) {
+      const auto* stage = std::get_if<StageTrajectory>(&event.payload);
+      if (stage != nullptr && stage->solution == 1) ++last_solution;
+    });
+    EXPECT_EQ(handle.wait(), (Outcome{Done{1, true}}));
+    EXPECT_EQ(last_solution, stages) << task;
+    ASSERT_TRUE(handle.firstPlanTime());
+    EXPECT_LE(*handle.firstPlanTime(), handle.answerTime());
+    EXPECT_FALSE(handle.failureTime());
+  }
+}
+
+TEST_F(DdsEndpointTest, TheReasonOfAFailureHasItsTime) {
+  start();
+  Client client({.domain = domain, .client_id = "failure", .wait = 20s});
+  const auto handle = client.plan(scripted("fail"));
+  EXPECT_EQ(handle.wait(), Outcome{sampleFailure()});
+  EXPECT_FALSE(handle.firstPlanTime());
+  ASSERT_TRUE(handle.failureTime());
+  EXPECT_LE(*handle.failureTime(), handle.answerTime());
+}
+
+/// A daemon that answers a request with the events of a test.
+class EventWriter {
+ public:
+  EventWriter(int domain, const std::string& client_id, std::vector<PlanEvent> events)
+      : events_(std::move(events)),
+        participant_({.domain = domain, .name = "events", .on_writer = {}}),
+        statuses_(participant_, {}),
+        writer_(participant_, {.partition = client_id}),
+        cancels_(participant_, {}, [](const auto&) {}),
+        requests_(participant_, {}, [this](const wire::Sample<msg::HandoverRequest>& sample) {
+          if (sample.message == nullptr) return;
+          for (PlanEvent event : events_) {
+            event.request_id = RequestId{sample.key};
+            (void)writer_.write(wire::encode(event));
+          }
+        }) {
+    DaemonStatus status;
+    status.id = RequestId::random().bytes;
+    status.version = "test";
+    status.state = DaemonState::kReady;
+    status.cells = {{"script", {"answer"}, 7, {}, ""}};
+    EXPECT_EQ(statuses_.write(wire::encode(status)), wire::WriteResult::kOk);
+  }
+
+ private:
+  const std::vector<PlanEvent> events_;
+  wire::Participant participant_;
+  wire::Writer<msg::DaemonStatus> statuses_;
+  wire::Writer<msg::PlanEvent> writer_;
+  wire::Reader<msg::HandoverCancel> cancels_;
+  wire::Reader<msg::HandoverRequest> requests_;
+};
+
+constexpr AnswerId kOne{1}, kTwo{2};
+
+TEST_F(DdsEndpointTest, AClientTellsOfAMissingEvent) {
+  const EventWriter daemon(
+      domain, "gaps", {{{}, kOne, 0, 0, Accepted{}}, {{}, kOne, 2, 0, Outcome{Done{1, true}}}});
   Client client({.domain = domain, .client_id = "gaps", .wait = 20s});
   const auto handle = client.plan(scripted("answer"));
   ASSERT_TRUE(handle.waitFor(20s));
@@ -262,20 +326,80 @@ TEST_F(DdsEndpointTest, AClientTellsOfAMissingStage) {
     FAIL() << "an answer with a gap was taken for whole";
   } catch (const ClientError& error) {
     EXPECT_EQ(error.code(), ClientError::Code::kBadStream);
-    EXPECT_STREQ(error.what(), "stage 1 is missing before stage 2");
+    EXPECT_STREQ(error.what(), "event 1 is missing before event 2");
   }
 }
 
-TEST_F(DdsEndpointTest, StagesLeaveAsTheyAreKnown) {
+TEST_F(DdsEndpointTest, AClientBeginsAnewWithAnotherAnswerAndJoinsNoTwo) {
+  // A plan of nine stages: five come from the first answer, all from the second, while the first
+  // one's daemon goes on writing to its own outcome.
+  const auto plan = sampleAnswer(RequestId{}, 0.001, 1);
+  std::vector<PlanEvent> events;
+  const auto add = [&](const AnswerId& answer, std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) {
+      events.push_back(plan[i]);
+      events.back().answer_id = answer;
+    }
+  };
+  add(kOne, 0, 11);
+  add(kTwo, 0, 8);
+  add(kOne, 11, plan.size());  // of a daemon that is no longer listened to
+  add(kTwo, 8, plan.size());
+  const EventWriter daemon(domain, "anew", events);
+
+  Client client({.domain = domain, .client_id = "anew", .wait = 20s});
+  std::vector<PlanEvent> seen;
+  std::vector<std::size_t> restarts;
+  const auto handle = client.plan(
+      scripted("answer"), [&](const PlanEvent& event) { seen.push_back(event); },
+      [&] { restarts.push_back(seen.size()); });
+  ASSERT_TRUE(handle.waitFor(20s));
+  EXPECT_EQ(handle.wait(), (Outcome{Done{1, true}}));
+  EXPECT_THAT(restarts, testing::ElementsAre(11u));
+  ASSERT_EQ(seen.size(), 11 + plan.size());
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    EXPECT_EQ(seen[11 + i].answer_id, kTwo);
+    EXPECT_EQ(seen[11 + i].sequence, i);
+    EXPECT_EQ(seen[11 + i].payload, plan[i].payload);
+  }
+}
+
+TEST_F(DdsEndpointTest, AnAnswerThatBeginsInItsMiddleIsNone) {
+  const EventWriter daemon(
+      domain, "middle", {{{}, kOne, 0, 0, Accepted{}}, {{}, kTwo, 1, 0, Outcome{Done{1, true}}}});
+  Client client({.domain = domain, .client_id = "middle", .wait = 20s});
+  const auto handle = client.plan(scripted("answer"));
+  ASSERT_TRUE(handle.waitFor(20s));
+  EXPECT_THROW((void)handle.wait(), ClientError);
+}
+
+TEST_F(DdsEndpointTest, WhatLeavesACallbackComesOutOfWait) {
+  start();
+  Client client({.domain = domain, .client_id = "throws", .wait = 20s});
+  const auto handle = client.plan(scripted("hold"), [](const PlanEvent& event) {
+    if (event.sequence == 1) throw std::runtime_error("of the user's own");
+  });
+  ASSERT_TRUE(handle.waitFor(20s));
+  try {
+    (void)handle.wait();
+    FAIL() << "nothing came out";
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "of the user's own");
+  }
+  // The request is over for the daemon too, and the client goes on.
+  EXPECT_TRUE(std::holds_alternative<Done>(client.plan(scripted("answer")).wait()));
+}
+
+TEST_F(DdsEndpointTest, EventsLeaveAsTheyAreKnown) {
   start();
   Client client({.domain = domain, .client_id = "paced"});
   std::vector<double> lags;  // arrival against the daemon's clock, up to a constant
   const auto begin = std::chrono::steady_clock::now();
   (void)client
       .plan(scripted("paced"),
-            [&](const PlanEvent& stage) {
+            [&](const PlanEvent& event) {
               const std::chrono::duration<double> now = std::chrono::steady_clock::now() - begin;
-              lags.push_back(now.count() - stage.elapsed_s);
+              lags.push_back(now.count() - event.elapsed_s);
             })
       .wait();
   ASSERT_EQ(lags.size(), 22u);
@@ -283,7 +407,7 @@ TEST_F(DdsEndpointTest, StagesLeaveAsTheyAreKnown) {
   EXPECT_LT(*most - *least, 0.03);
 }
 
-TEST_F(DdsEndpointTest, FirstStageComesFastOnceMatched) {
+TEST_F(DdsEndpointTest, FirstEventComesFastOnceMatched) {
   start();
   Client client({.domain = domain, .client_id = "fast"});
   (void)client.plan(scripted("answer")).wait();
@@ -295,7 +419,7 @@ TEST_F(DdsEndpointTest, FirstStageComesFastOnceMatched) {
   }
   std::sort(seconds.begin(), seconds.end());
   RecordProperty("median_ms", std::to_string(1e3 * seconds[25]));
-  std::cout << "answer of 36 stages, write to outcome: median " << 1e3 * seconds[25]
+  std::cout << "answer of 40 events, write to outcome: median " << 1e3 * seconds[25]
             << " ms, worst " << 1e3 * seconds.back() << " ms\n";
   EXPECT_LT(seconds[25], 0.1);
 }
