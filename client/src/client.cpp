@@ -6,12 +6,11 @@
 #include <handover/client/client.hpp>
 #include <handover/common/check.hpp>
 #include <handover/common/domain.hpp>
+#include <handover/common/mutex.hpp>
 
 #include <algorithm>
-#include <condition_variable>
 #include <deque>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <thread>
@@ -69,13 +68,14 @@ struct Client::Impl {
   const int domain;
   const std::string client_id;
 
-  std::mutex mutex;  // guards all below but the entities
-  std::condition_variable changed;
-  wire::KnownDaemons known_daemons;
-  std::map<RequestId, Pending> pending;
-  std::deque<Event> events;
-  OnStage on_watched;
-  bool interrupted = false, stopping = false;
+  Mutex mutex;
+  Condition changed;
+  wire::KnownDaemons known_daemons HANDOVER_GUARDED_BY(mutex);
+  std::map<RequestId, Pending> pending HANDOVER_GUARDED_BY(mutex);
+  std::deque<Event> events HANDOVER_GUARDED_BY(mutex);
+  OnStage on_watched HANDOVER_GUARDED_BY(mutex);
+  bool interrupted HANDOVER_GUARDED_BY(mutex) = false;
+  bool stopping HANDOVER_GUARDED_BY(mutex) = false;
 
   // Last but the thread: their callbacks use all above.
   wire::Participant participant;
@@ -104,11 +104,12 @@ struct Client::Impl {
   /// Ends the thread; requests still open fail.
   void shutDown() {
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       stopping = true;
     }
     changed.notify_all();
     dispatcher.join();
+    const MutexLock lock(mutex);
     for (const auto& [id, state] : pending) {
       state->promise.set_exception(
           std::make_exception_ptr(ClientError(Code::kInterrupted, "the client was closed")));
@@ -118,27 +119,27 @@ struct Client::Impl {
   // ---- DDS threads: note and wake ----
 
   void touch() {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     changed.notify_all();
   }
 
   void onStage(const wire::Sample<msg::PlanStage>& sample, bool by_watch) {
     if (sample.message == nullptr) return;
     Event event{Clock::now(), RequestId{sample.key}, wire::decode(*sample.message), by_watch};
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     events.push_back(std::move(event));
     changed.notify_all();
   }
 
   void onStatus(const wire::Sample<msg::DaemonStatus>& sample) {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     known_daemons.take(sample);
     changed.notify_all();
   }
 
   void onStatusMatch(const wire::Match& match) {
     if (match.gained) return;
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     known_daemons.lose(match.peer);
     changed.notify_all();
   }
@@ -146,17 +147,18 @@ struct Client::Impl {
   // ---- callers' threads ----
 
   /// Waits for a condition, at most until `until`; false when it was not met. @throws kInterrupted.
-  template <typename Condition>
-  bool await(std::unique_lock<std::mutex>& lock, Clock::time_point until, Condition condition) {
-    const bool met = changed.wait_until(lock, until, [&] { return interrupted || condition(); });
+  template <typename Test>
+  bool await(MutexLock& lock, Clock::time_point until, Test test) HANDOVER_REQUIRES(mutex) {
+    const bool met = changed.wait_until(
+        lock, until, [&]() HANDOVER_REQUIRES(mutex) { return interrupted || test(); });
     if (interrupted) throw ClientError(Code::kInterrupted, "interrupted");
-    return met && condition();
+    return met && test();
   }
 
   /// Matched both ways: what is written from now on arrives, and so does the answer.
-  void awaitDaemon(std::unique_lock<std::mutex>& lock) {
+  void awaitDaemon(MutexLock& lock) HANDOVER_REQUIRES(mutex) {
     const auto until = Clock::now() + options.wait;
-    const bool there = await(lock, until, [this] {
+    const bool there = await(lock, until, [this]() HANDOVER_REQUIRES(mutex) {
       return !known_daemons.empty() && requests.matched() > 0 && cancels.matched() > 0;
     });
     if (!there) {
@@ -166,6 +168,12 @@ struct Client::Impl {
     // know us makes it with the first request; its stages wait for us then.
     using namespace std::chrono_literals;
     await(lock, std::min(until, Clock::now() + 500ms), [this] { return stages.matched() > 0; });
+  }
+
+  /// Waits for a daemon beyond those known, at most a period of announcements.
+  void awaitMore(MutexLock& lock, std::size_t known) HANDOVER_REQUIRES(mutex) {
+    await(lock, Clock::now() + kAnnouncements,
+          [this, known]() HANDOVER_REQUIRES(mutex) { return known_daemons.size() > known; });
   }
 
   void sendCancel(const RequestId& id) {
@@ -178,7 +186,7 @@ struct Client::Impl {
   // ---- the dispatcher ----
 
   void dispatch() noexcept {
-    std::unique_lock lock(mutex);
+    MutexLock lock(mutex);
     while (!stopping) {
       if (events.empty()) {
         auto next = Clock::time_point::max();
@@ -200,46 +208,45 @@ struct Client::Impl {
       events.pop_front();
       if (event.watched) {
         if (const auto* stage = std::get_if<PlanStage>(&event.stage)) {
+          const OnStage call = on_watched;
           lock.unlock();
-          on_watched(*stage);
+          call(*stage);
           lock.lock();
         }
       } else {
-        take(lock, event);
+        lock.unlock();
+        take(event);
+        lock.lock();
       }
     }
   }
 
-  void take(std::unique_lock<std::mutex>& lock, const Event& event) {
-    const auto found = pending.find(event.id);
-    if (found == pending.end()) return;
-    const Pending state = found->second;
+  /// Without the lock: what it calls may come back to us.
+  void take(const Event& event) HANDOVER_EXCLUDES(mutex) {
     const auto* stage = std::get_if<PlanStage>(&event.stage);
-    if (stage == nullptr) {
-      const auto& faults = std::get<std::vector<Fault>>(event.stage);
-      lock.unlock();
-      fail(state, Code::kBadStream, "unreadable stage:" + describe(faults));
-      lock.lock();
+    Pending state;
+    std::string fault;
+    bool late_cancel = false;
+    {
+      const MutexLock lock(mutex);
+      const auto found = pending.find(event.id);
+      if (found == pending.end()) return;
+      state = found->second;
+      if (stage == nullptr) {
+        fault = "unreadable stage:" + describe(std::get<std::vector<Fault>>(event.stage));
+      } else if (stage->sequence < state->next_sequence) {
+        return;  // a daemon that came back sends the same stages again from the first on
+      } else if (stage->sequence > state->next_sequence) {
+        fault = "stage " + std::to_string(state->next_sequence) + " is missing before stage " +
+                std::to_string(stage->sequence);
+      } else {
+        late_cancel = note(*state, *stage, event.at);
+      }
+    }
+    if (!fault.empty()) {
+      fail(state, Code::kBadStream, fault);
       return;
     }
-    // A daemon that came back sends the same stages again from the first on.
-    if (stage->sequence < state->next_sequence) return;
-    if (stage->sequence > state->next_sequence) {
-      lock.unlock();
-      fail(state, Code::kBadStream,
-           "stage " + std::to_string(state->next_sequence) + " is missing before stage " +
-               std::to_string(stage->sequence));
-      lock.lock();
-      return;
-    }
-    ++state->next_sequence;
-    if (const auto* path = std::get_if<StageTrajectory>(&stage->payload)) {
-      const bool whole = ++state->stages_seen[path->solution] == kStageCount;
-      if (whole && !state->planned_at) state->planned_at = event.at;
-    }
-    const bool late_cancel = state->next_sequence == 1 && state->cancel_wanted;
-    changed.notify_all();
-    lock.unlock();
     if (late_cancel) (void)cancels.write(wire::encodeCancel(event.id));
     if (state->on_stage) state->on_stage(*stage);
     const auto* outcome = std::get_if<Outcome>(&stage->payload);
@@ -247,14 +254,25 @@ struct Client::Impl {
       end(state, event.at);
       state->promise.set_value(*outcome);
     }
-    lock.lock();
+  }
+
+  /// The next stage is there; true when a cancel waited for the first one.
+  bool note(PlanHandle::State& state, const PlanStage& stage, Clock::time_point at)
+      HANDOVER_REQUIRES(mutex) {
+    ++state.next_sequence;
+    if (const auto* path = std::get_if<StageTrajectory>(&stage.payload)) {
+      const bool whole = ++state.stages_seen[path->solution] == kStageCount;
+      if (whole && !state.planned_at) state.planned_at = at;
+    }
+    changed.notify_all();
+    return state.next_sequence == 1 && state.cancel_wanted;
   }
 
   /// Forgets a request here and, its instance being unregistered, in the daemon. Without the lock:
   /// writers may be calling back.
-  void end(const Pending& state, Clock::time_point at) {
+  void end(const Pending& state, Clock::time_point at) HANDOVER_EXCLUDES(mutex) {
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       state->ended = true;
       state->answered_at = at;
       pending.erase(state->request.id);
@@ -263,13 +281,13 @@ struct Client::Impl {
     requests.unregister(wire::encode(state->request));
   }
 
-  void fail(const Pending& state, Code code, const std::string& text) {
+  void fail(const Pending& state, Code code, const std::string& text) HANDOVER_EXCLUDES(mutex) {
     end(state, Clock::now());
     state->promise.set_exception(std::make_exception_ptr(ClientError(code, text)));
   }
 
   /// Requests whose daemon stayed away too long; `next` is when to look again.
-  std::vector<Pending> lost(Clock::time_point& next) {
+  std::vector<Pending> lost(Clock::time_point& next) HANDOVER_REQUIRES(mutex) {
     next = Clock::time_point::max();
     std::vector<Pending> given_up;
     for (const auto& [id, state] : pending) {
@@ -307,7 +325,7 @@ void PlanHandle::cancel() const {
   if (!client) return;
   {
     // A cancel that overtakes its request would find nothing to cancel.
-    const std::lock_guard lock(client->mutex);
+    const MutexLock lock(client->mutex);
     state_->cancel_wanted = true;
     if (state_->ended || state_->next_sequence == 0) return;
   }
@@ -353,7 +371,7 @@ PlanHandle Client::plan(PlanRequest request, OnStage on_stage) {
   state.on_stage = std::move(on_stage);
   state.client = impl_;
 
-  std::unique_lock lock(impl_->mutex);
+  MutexLock lock(impl_->mutex);
   impl_->awaitDaemon(lock);
   state.written_at = state.answered_at = Clock::now();
   if (auto faults = check(state.request); !faults.empty()) {
@@ -388,32 +406,31 @@ PlanHandle Client::plan(PlanRequest request, OnStage on_stage) {
 
 void Client::cancel(const RequestId& id) {
   {
-    std::unique_lock lock(impl_->mutex);
+    MutexLock lock(impl_->mutex);
     impl_->awaitDaemon(lock);
   }
   impl_->sendCancel(id);
 }
 
 std::vector<DaemonStatus> Client::daemons() {
-  std::unique_lock lock(impl_->mutex);
+  MutexLock lock(impl_->mutex);
   impl_->awaitDaemon(lock);
   // Where one announced itself the others do so within a period of announcements.
   for (std::size_t known = 0; known != impl_->known_daemons.size();) {
     known = impl_->known_daemons.size();
-    impl_->await(lock, Clock::now() + kAnnouncements,
-                 [this, known] { return impl_->known_daemons.size() > known; });
+    impl_->awaitMore(lock, known);
   }
   return impl_->known_daemons.all();
 }
 
 bool Client::daemonThere() const {
-  const std::lock_guard lock(impl_->mutex);
+  const MutexLock lock(impl_->mutex);
   return !impl_->known_daemons.empty();
 }
 
 void Client::watch(OnStage on_stage) {
   {
-    std::unique_lock lock(impl_->mutex);
+    MutexLock lock(impl_->mutex);
     impl_->awaitDaemon(lock);
     impl_->on_watched = std::move(on_stage);
   }
@@ -425,7 +442,7 @@ void Client::watch(OnStage on_stage) {
 void routeMiddlewareLog() { wire::routeDdsLog(true); }
 
 void Client::interrupt() {
-  const std::lock_guard lock(impl_->mutex);
+  const MutexLock lock(impl_->mutex);
   impl_->interrupted = true;
   impl_->changed.notify_all();
 }

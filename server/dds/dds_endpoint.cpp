@@ -7,10 +7,10 @@
 #include "wire/known_daemons.hpp"
 
 #include <handover/common/log.hpp>
+#include <handover/common/mutex.hpp>
 
 #include <algorithm>
 #include <map>
-#include <mutex>
 #include <set>
 
 namespace handover {
@@ -35,16 +35,16 @@ struct DdsEndpoint::Impl {
 
   const DdsEndpointSettings settings;
 
-  mutable std::mutex mutex;  // guards all below but the entities
-  std::map<std::string, std::unique_ptr<ClientStream>> clients;
-  std::map<std::string, std::set<RequestId>> requests_of_client;
-  std::map<wire::Guid, std::set<RequestId>> requests_of_writer;
-  wire::KnownDaemons daemons;
-  DaemonId own_id{};
-  bool receiving = false;
+  mutable Mutex mutex;
+  std::map<std::string, std::unique_ptr<ClientStream>> clients HANDOVER_GUARDED_BY(mutex);
+  std::map<std::string, std::set<RequestId>> requests_of_client HANDOVER_GUARDED_BY(mutex);
+  std::map<wire::Guid, std::set<RequestId>> requests_of_writer HANDOVER_GUARDED_BY(mutex);
+  wire::KnownDaemons daemons HANDOVER_GUARDED_BY(mutex);
+  DaemonId own_id HANDOVER_GUARDED_BY(mutex){};
+  bool receiving HANDOVER_GUARDED_BY(mutex) = false;
 
-  std::mutex delivering;  // held while the handler runs; guards handler
-  RequestHandler* handler = nullptr;
+  Mutex delivering;  // held while the handler runs
+  RequestHandler* handler HANDOVER_GUARDED_BY(delivering) = nullptr;
 
   // Last: their callbacks use all above.
   wire::Participant participant;
@@ -55,12 +55,12 @@ struct DdsEndpoint::Impl {
 
   template <typename Call>
   void deliver(Call call) {
-    const std::lock_guard lock(delivering);
+    const MutexLock lock(delivering);
     if (handler != nullptr) call(*handler);
   }
 
-  /// The client's stream, made if need be; null when there are too many. With `mutex` held.
-  ClientStream* stream(const std::string& client_id) {
+  /// The client's stream, made if need be; null when there are too many.
+  ClientStream* stream(const std::string& client_id) HANDOVER_REQUIRES(mutex) {
     auto found = clients.find(client_id);
     if (found != clients.end()) return found->second.get();
     if (clients.size() >= settings.max_clients) return nullptr;
@@ -73,7 +73,7 @@ struct DdsEndpoint::Impl {
   void cancelAll(const std::string& client_id) {
     std::set<RequestId> ids;
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       ids.swap(requests_of_client[client_id]);
     }
     for (const RequestId& id : ids) deliver([&](RequestHandler& to) { to.onCancel(id); });
@@ -82,7 +82,7 @@ struct DdsEndpoint::Impl {
   /// A client's request writer carries its id: its stage writer is there before the first request.
   void onWriter(const wire::RemoteWriter& writer) {
     if (writer.topic != wire::kRequestTopic || !validClientId(writer.user_data)) return;
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     if (receiving) stream(writer.user_data);
   }
 
@@ -93,7 +93,7 @@ struct DdsEndpoint::Impl {
       // another key.
       bool own = false;
       {
-        const std::lock_guard lock(mutex);
+        const MutexLock lock(mutex);
         const auto found = requests_of_writer.find(sample.writer);
         own = found != requests_of_writer.end() && found->second.contains(id);
       }
@@ -107,7 +107,7 @@ struct DdsEndpoint::Impl {
       return;
     }
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       if (stream(client_id) == nullptr) {
         logger("dds")->warn("request {} of {}: more than {} clients", id.hex(), client_id,
                             settings.max_clients);
@@ -129,7 +129,7 @@ struct DdsEndpoint::Impl {
     if (match.gained) return;
     std::set<RequestId> ids;
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       const auto found = requests_of_writer.find(match.peer);
       if (found == requests_of_writer.end()) return;
       ids.swap(found->second);
@@ -139,18 +139,18 @@ struct DdsEndpoint::Impl {
   }
 
   void onStatus(const wire::Sample<msg::DaemonStatus>& sample) {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     daemons.take(sample);
   }
 
   void onStatusMatch(const wire::Match& match) {
     if (match.gained) return;
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     daemons.lose(match.peer);
   }
 
-  /// Forgets a request whose outcome is on its way, and clients that are idle. With `mutex` held.
-  void answered(const std::string& client_id, const RequestId& id) {
+  /// Forgets a request whose outcome is on its way, and clients that are idle.
+  void answered(const std::string& client_id, const RequestId& id) HANDOVER_REQUIRES(mutex) {
     const auto of_client = requests_of_client.find(client_id);
     if (of_client != requests_of_client.end()) {
       of_client->second.erase(id);
@@ -164,7 +164,7 @@ struct DdsEndpoint::Impl {
 
   void reapClients() {
     std::vector<std::unique_ptr<ClientStream>> idle;  // joined without the lock
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     for (auto it = clients.begin(); it != clients.end();) {
       if (!requests_of_client.contains(it->first) && it->second->idle()) {
         idle.push_back(std::move(it->second));
@@ -192,7 +192,7 @@ DdsEndpoint::~DdsEndpoint() {
   // Streams are joined without the lock: their threads may be in a callback that takes it.
   std::map<std::string, std::unique_ptr<ClientStream>> clients;
   {
-    const std::lock_guard lock(impl_->mutex);
+    const MutexLock lock(impl_->mutex);
     clients.swap(impl_->clients);
   }
 }
@@ -200,11 +200,11 @@ DdsEndpoint::~DdsEndpoint() {
 void DdsEndpoint::open(RequestHandler& handler) {
   Impl& impl = *impl_;
   {
-    const std::lock_guard lock(impl.delivering);
+    const MutexLock lock(impl.delivering);
     impl.handler = &handler;
   }
   {
-    const std::lock_guard lock(impl.mutex);
+    const MutexLock lock(impl.mutex);
     impl.receiving = true;
   }
   impl.cancel_reader.emplace(
@@ -223,17 +223,17 @@ void DdsEndpoint::open(RequestHandler& handler) {
 
 void DdsEndpoint::stopReceiving() {
   {
-    const std::lock_guard lock(impl_->delivering);
+    const MutexLock lock(impl_->delivering);
     impl_->handler = nullptr;
   }
   {
-    const std::lock_guard lock(impl_->mutex);
+    const MutexLock lock(impl_->mutex);
     impl_->receiving = false;
   }
 }
 
 void DdsEndpoint::publish(const std::string& client_id, const PlanStage& stage) {
-  const std::lock_guard lock(impl_->mutex);
+  const MutexLock lock(impl_->mutex);
   ClientStream* stream = impl_->stream(client_id);
   if (stream == nullptr) return;
   stream->publish(stage);
@@ -242,7 +242,7 @@ void DdsEndpoint::publish(const std::string& client_id, const PlanStage& stage) 
 
 void DdsEndpoint::publishStatus(const DaemonStatus& status) {
   {
-    const std::lock_guard lock(impl_->mutex);
+    const MutexLock lock(impl_->mutex);
     impl_->own_id = status.id;
   }
   if (impl_->status_writer->write(wire::encode(status)) != wire::WriteResult::kOk) {
@@ -252,9 +252,10 @@ void DdsEndpoint::publishStatus(const DaemonStatus& status) {
 }
 
 std::vector<DaemonStatus> DdsEndpoint::others() const {
-  const std::lock_guard lock(impl_->mutex);
+  const MutexLock lock(impl_->mutex);
   std::vector<DaemonStatus> others = impl_->daemons.all();
-  std::erase_if(others, [&](const DaemonStatus& daemon) { return daemon.id == impl_->own_id; });
+  const DaemonId own = impl_->own_id;
+  std::erase_if(others, [&](const DaemonStatus& daemon) { return daemon.id == own; });
   return others;
 }
 
@@ -262,7 +263,7 @@ void DdsEndpoint::flush(std::chrono::milliseconds most) {
   const auto until = std::chrono::steady_clock::now() + most;
   std::vector<ClientStream*> streams;  // only publishStatus() and the destructor end streams
   {
-    const std::lock_guard lock(impl_->mutex);
+    const MutexLock lock(impl_->mutex);
     for (const auto& [id, stream] : impl_->clients) streams.push_back(stream.get());
   }
   for (ClientStream* stream : streams) stream->flush(until);

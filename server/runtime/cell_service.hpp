@@ -6,12 +6,12 @@
 #include "runtime/plan_service.hpp"
 #include "settings/cell_file.hpp"
 
-#include <condition_variable>
+#include <handover/common/mutex.hpp>
+
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <set>
 #include <string>
 #include <variant>
@@ -57,11 +57,13 @@ class ResourceCache {
   std::filesystem::path folder_;
   Progress progress_;
   bool force_;
-  std::mutex mutex_;  // guards all below
-  std::condition_variable made_;
+  Mutex mutex_;
+  Condition made_;
+  // Shelves are guarded too; clang does not follow them into get().
   Shelf<ReachabilityMap> maps_;
   Shelf<GraspSet> grasps_;
-  std::map<std::pair<const RobotModel*, int>, std::shared_ptr<const ArmKinematics>> kinematics_;
+  std::map<std::pair<const RobotModel*, int>, std::shared_ptr<const ArmKinematics>> kinematics_
+      HANDOVER_GUARDED_BY(mutex_);
 };
 
 /// The cells of one daemon.

@@ -90,7 +90,7 @@ void Runtime::stop() {
   endpoint_.stopReceiving();
   std::deque<StreamPtr> queued;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (stopping_) return;
     stopping_ = true;
     queued.swap(queue_);
@@ -121,7 +121,7 @@ Runtime::CellRoute Runtime::route(const std::string& cell, std::uint64_t& revisi
 }
 
 bool Runtime::firstTime(const RequestId& id) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return known_.insert(id).second;
 }
 
@@ -139,7 +139,7 @@ void Runtime::onRequest(const PlanRequest& request) {
   std::uint32_t ahead = 0;
   bool full = false;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     full = queue_.size() >= settings_.queue_capacity;
     ahead = static_cast<std::uint32_t>(queue_.size()) + running_;
     if (!full) {
@@ -156,7 +156,7 @@ void Runtime::onRequest(const PlanRequest& request) {
   stream->emit(Accepted{ahead, revision});
   {
     // Only this thread adds to the queue, so there is still room.
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     queue_.push_back(stream);
     changed_ = true;
   }
@@ -176,7 +176,7 @@ void Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id
 void Runtime::onCancel(const RequestId& id) {
   StreamPtr queued;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     const auto found = open_.find(id);
     if (found == open_.end()) return;
     found->second->deadline.cancel();
@@ -200,7 +200,7 @@ void Runtime::finish(const StreamPtr& stream, Outcome outcome) {
   const std::string text = describe(outcome);
   {
     // Counted before it is sent: who has the outcome may ask for the counters.
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (std::holds_alternative<Done>(outcome)) ++counters_.done;
     if (std::holds_alternative<Failed>(outcome)) ++counters_.failed;
     if (std::holds_alternative<Cancelled>(outcome)) ++counters_.cancelled;
@@ -234,7 +234,7 @@ Outcome Runtime::answer(Stream& stream) {
       break;
   }
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (!prepare_failure_.empty()) {
       return failed(FailureReason::kInternal, "prepare", prepare_failure_);
     }
@@ -254,7 +254,7 @@ Outcome Runtime::answer(Stream& stream) {
 void Runtime::expireQueued() {
   std::vector<StreamPtr> late;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     for (auto it = queue_.begin(); it != queue_.end();) {
       if ((*it)->deadline.over()) {
         late.push_back(*it);
@@ -275,7 +275,7 @@ void Runtime::publishStatus() {
   status.version = settings_.version;
   status.cells = service_.cells();
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     changed_ = false;
     status.state = stopping_ ? DaemonState::kStopping
                    : ready_  ? DaemonState::kReady
@@ -302,7 +302,7 @@ void Runtime::prepareLoop() noexcept {
   const bool stopped = preparing_.over();
   if (!failure.empty() && !stopped) logger("runtime")->error("preparing failed: {}", failure);
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ready_ = true;
     changed_ = true;
     if (!stopped && !failure.empty()) prepare_failure_ = "preparing failed: " + failure;
@@ -319,8 +319,10 @@ void Runtime::workerLoop(int index) noexcept {
   while (true) {
     StreamPtr stream;
     {
-      std::unique_lock lock(mutex_);
-      work_.wait(lock, [this] { return stopping_ || (ready_ && !queue_.empty()); });
+      MutexLock lock(mutex_);
+      work_.wait(lock, [this]() HANDOVER_REQUIRES(mutex_) {
+        return stopping_ || (ready_ && !queue_.empty());
+      });
       if (stopping_) return;  // stop() answers what is queued
       stream = queue_.front();
       queue_.pop_front();
@@ -330,7 +332,7 @@ void Runtime::workerLoop(int index) noexcept {
     report_.notify_one();
     Outcome outcome = answer(*stream);
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       --running_;
     }
     finish(stream, std::move(outcome));
@@ -342,15 +344,16 @@ void Runtime::statusLoop() noexcept {
   while (true) {
     expireQueued();
     publishStatus();
-    std::unique_lock lock(mutex_);
+    MutexLock lock(mutex_);
     if (stopping_) return;
     // At most 20 reports a second, at least one; queued deadlines in time.
-    report_.wait_for(lock, 50ms, [this] { return stopping_; });
+    report_.wait_for(lock, 50ms, [this]() HANDOVER_REQUIRES(mutex_) { return stopping_; });
     auto until = Clock::now() + 950ms;
     for (const auto& stream : queue_) {
       if (stream->deadline_at) until = std::min(until, *stream->deadline_at);
     }
-    report_.wait_until(lock, until, [this] { return stopping_ || changed_; });
+    report_.wait_until(lock, until,
+                       [this]() HANDOVER_REQUIRES(mutex_) { return stopping_ || changed_; });
   }
 }
 
