@@ -136,11 +136,14 @@ const ChainSearch::Lattice& ChainSearch::latticeOf(std::size_t handover) {
   lattice = std::make_unique<Lattice>();
   const Manipulator& giver = at(handover);
   const Manipulator& receiver = at(handover + 1);
-  lattice->both = crossMaps(giver.map, receiver.map, settings_.neighbourhood);
+  const bool same_robot = state_.wide() && giver.robot == receiver.robot;
+  const double radius =
+      same_robot ? settings_.same_robot_neighbourhood : settings_.neighbourhood;
+  lattice->both = crossMaps(giver.map, receiver.map, radius);
   lattice->all = lattice->both;
-  if (state_.wide()) {
+  if (state_.wide() && !same_robot) {
     const double reach = giver.kinematics->reach() + maxToolSeparation(handover);
-    const auto more = receiverPoints(giver.map, receiver.map, settings_.neighbourhood, reach);
+    const auto more = receiverPoints(giver.map, receiver.map, radius, reach);
     lattice->all.insert(lattice->all.end(), more.begin(), more.end());
   }
   return *lattice;
@@ -255,7 +258,7 @@ bool ChainSearch::tryPose(std::size_t handover, Node& node, const Pose& X_WH,
       Node inner{tuple, given, X_WH, nullptr};
       inner.tuple.holders[handover].give = *given;
       if (searchInner(handover - 1, inner)) return true;
-      if (state_.spent() || state_.over()) return false;
+      if (spent() || state_.over()) return false;
     }
     return false;
   }
@@ -293,22 +296,31 @@ Pose handoverPose(const Manipulator& giver, const Manipulator& receiver, const G
 
 /// A handover before the chain's last one, with what follows it settled.
 bool ChainSearch::searchInner(std::size_t handover, Node& node) {
+  std::uint32_t& failures = inner_failures_[{handover, node.give->grasp}];
+  if (failures >= settings_.inner_failures) {
+    state_.counts.cut = true;
+    return false;
+  }
   const std::vector<LatticePoint>& points = latticeOf(handover).all;
   const std::size_t end = std::min(points.size(), settings_.wide_points);
   const Grasp& grasp = at(handover + 1).grasp(node.give->grasp);
   HandoverCandidates counts;
   for (const ApproachOffset& offset : offsetsOf(SearchTier::kTurned, settings_)) {
     for (std::size_t point = 0; point < end; ++point) {
-      if (state_.spent() || state_.over() || counts.poses_tried >= settings_.inner_poses) {
+      if (state_.spent() || state_.over() || counts.poses_tried >= settings_.inner_poses ||
+          inner_poses_ >= settings_.most_inner_poses) {
         state_.counts.cut = true;
+        if (counts.poses == 0) ++failures;
         return false;
       }
       ++state_.counts.poses_asked;
+      ++inner_poses_;
       const Pose X_WH = handoverPose(at(handover), at(handover + 1), grasp, node.X_WO_give,
                                      points[point], offset, false);
       if (tryPose(handover, node, X_WH, counts)) return true;
     }
   }
+  if (counts.poses == 0) ++failures;
   return false;
 }
 
@@ -333,7 +345,7 @@ bool ChainSearch::searchPoints(SearchTier tier, std::size_t first, std::size_t e
             counts.poses_tried >= most_poses ||
             (widened && motions_.failedIkSolves() - failed_before >= settings_.most_failed_ik);
         state_.counts.cut = state_.counts.cut || enough;
-        if (enough || state_.spent()) break;
+        if (enough || spent()) break;
         Node node{{std::vector<Pose>(holders() - 1, Pose::Identity()),
                    std::vector<HolderGrasp>(holders())},
                   place,

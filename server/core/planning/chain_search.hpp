@@ -78,6 +78,10 @@ class ChainSearch {
 
   const Manipulator& at(std::size_t holder) const { return *motions_.holders()[holder]; }
 
+  bool spent() const {
+    return state_.spent() || inner_poses_ >= settings_.most_inner_poses;
+  }
+
   const PrunedGrasps& pruned(std::size_t holder, PruningPlace place);
   const Lattice& latticeOf(std::size_t handover);
   double maxToolSeparation(std::size_t handover) const;
@@ -97,6 +101,9 @@ class ChainSearch {
   TransportMotions motions_;
   std::vector<std::unique_ptr<Lattice>> lattices_;        ///< by handover
   std::vector<std::unique_ptr<PrunedGrasps>> all_takes_;  ///< by handover
+  /// Handover and receiver's grasp: how often no pose was found for it.
+  std::map<std::pair<std::size_t, int>, std::uint32_t> inner_failures_;
+  std::uint32_t inner_poses_ = 0;
   std::vector<const FeasibleGrasp*> place_order_;         ///< 𝒢_r, most dexterous placing first
   CauseTally rejects_;                                    ///< of the tier under way
   std::vector<std::vector<TransportTuple>> poses_;        ///< mode all: tuples by pose, as found

@@ -135,7 +135,19 @@ class TransportSearch {
     emitSelected(chains, givers, receivers);
     if (givers.arms.empty()) return explainArms(problem_, PruningPlace::kStart, givers);
     if (receivers.arms.empty()) return explainArms(problem_, PruningPlace::kGoal, receivers);
+    if (chains.empty() && repeats) return explainNoChain(n);
     return searchAll(chains);
+  }
+
+  /// Arms reach the start and the goal, but none that could make up a chain.
+  Outcome explainNoChain(std::size_t n) const {
+    CauseTally tally;
+    tally.add(Cause::kNotInMap, {problem_.task.object, {}});
+    const std::string text =
+        n == 1 ? "No arm of the chain reaches both the start and the goal of "
+               : "Only one and the same arm of the chain reaches the start and the goal of ";
+    return failed(FailureReason::kGoalUnreachable, "chains", text + problem_.task.object + ".",
+                  tally.counts(), state_.wide());
   }
 
   std::optional<Outcome> searchAll(const std::vector<Chain>& chains) {
@@ -166,9 +178,12 @@ class TransportSearch {
 
   /// Chains of which two that follow each other have no point in common by their maps.
   void dropOutOfReach(std::vector<Chain>& chains) {
-    const double radius = problem_.settings.neighbourhood;
+    const SearchSettings& settings = problem_.settings;
     std::erase_if(chains, [&](const Chain& chain) {
       for (std::size_t k = 0; k + 1 < chain.size(); ++k) {
+        const double radius = chain[k].robot == chain[k + 1].robot
+                                  ? settings.same_robot_neighbourhood
+                                  : settings.neighbourhood;
         const PlacedMap& giver = state_.manipulator(chain[k]).map;
         const PlacedMap& receiver = state_.manipulator(chain[k + 1]).map;
         if (crossMaps(giver, receiver, radius).empty()) return true;

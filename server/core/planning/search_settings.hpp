@@ -54,6 +54,8 @@ struct SearchSettings {
   std::size_t configurations = 4;         ///< of a grasp, tried as ends of motions
 
   double neighbourhood = 0.20;         ///< [paper] §IV-B: lattice points near the midpoint [m]
+  /// Between two arms of one robot, whose shoulders' midpoint is in its body; `wide` only [m].
+  double same_robot_neighbourhood = 0.80;
   std::size_t wide_points = 24;        ///< lattice points that `wide` adds first, by score
   int wide_turns = 8;                  ///< rotations about z_shoulder that `wide` adds
   double wide_tilt = 25 * M_PI / 180;  ///< of the approach axis, which `wide` adds last [rad]
@@ -68,9 +70,12 @@ struct SearchSettings {
   std::size_t tuples_per_pose = 3;     ///< tuples of one pose whose motions are tried
   std::uint32_t motion_attempts = 60;  ///< tuples of a request whose motions are tried
   std::uint32_t grasp_attempts = 600;  ///< tuples whose hands did not go together
-  /// Of the handovers before a chain's last one, per pose and grasp of the one after it.
-  std::uint32_t inner_poses = 400;
+  // Of the handovers before a chain's last one: per grasp of the receiver where it gives the object
+  // on, poses and grasps of the giver that are followed up; in all; and how often a grasp may fail.
+  std::uint32_t inner_poses = 200;
   std::size_t inner_tuples = 3;
+  std::uint32_t most_inner_poses = 10'000;
+  std::uint32_t inner_failures = 2;
   std::size_t most_auto_holders = 4;  ///< design §1
 };
 
