@@ -25,9 +25,10 @@ std::vector<Layer> makeLayers() {
       {"common/wire", {"common"}},
       {"client/verify", {}},  // alone: it shares nothing with what it checks
       {"client/include", {"common"}},
+      {"client/plan_file", {"client/include", "common"}},
       {"client/src", {"client/include", "common", "common/wire"}},
       {"client/view", {"client/include", "common"}},
-      {"client/ctl", {"client/include", "client/src", "client/verify", "client/view", "common"}},
+      {"client/ctl", {"client/include", "client/plan_file", "client/view", "common"}},
       {"server/settings", withCore({})},
       {"server/runtime", withCore({"server/settings"})},
       {"server/cells", withCore({"server/runtime", "server/settings"})},

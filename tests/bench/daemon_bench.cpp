@@ -9,7 +9,6 @@
 #include <signal.h>
 
 #include <algorithm>
-#include <map>
 #include <numeric>
 #include <optional>
 #include <stdexcept>
@@ -38,20 +37,16 @@ struct Arrivals {
 /// Asks for one plan and waits for its outcome.
 Arrivals ask(client::Client& client, PlanRequest request) {
   Arrivals arrivals;
-  std::map<std::uint32_t, int> stages;  // that are there, by solution
   const auto begin = Clock::now();
-  const auto handle = client.plan(std::move(request), [&](const PlanEvent& stage) {
+  const auto handle = client.plan(std::move(request), [&](const PlanEvent& event) {
     const double now = secondsSince(begin);
-    if (std::holds_alternative<Accepted>(stage.payload)) arrivals.accepted = now;
-    if (std::holds_alternative<ArmSelected>(stage.payload) && arrivals.arms == 0) {
+    if (std::holds_alternative<Accepted>(event.payload)) arrivals.accepted = now;
+    if (std::holds_alternative<ArmSelected>(event.payload) && arrivals.arms == 0) {
       arrivals.arms = now;
-    }
-    if (const auto* trajectory = std::get_if<StageTrajectory>(&stage.payload)) {
-      const bool whole = ++stages[trajectory->solution] == kStageCount;
-      if (whole && arrivals.first_plan == 0) arrivals.first_plan = now;
     }
   });
   arrivals.done = std::holds_alternative<Done>(handle.wait());
+  if (const auto first_plan = handle.firstPlanTime()) arrivals.first_plan = first_plan->count();
   arrivals.outcome = handle.answerTime().count();
   return arrivals;
 }

@@ -100,6 +100,7 @@ TEST(SceneHash, ChangesWithEverythingThatCanChangeAPlan) {
       [](Case& c) { c.model.joints[0].upper = 1.1; },
       [](Case& c) { c.model.joints[0].velocity = 1; },
       [](Case& c) { c.model.joints[0].acceleration = 1; },
+      [](Case& c) { c.model.joints[0].jerk = 1; },
       [](Case& c) { c.model.joints[2].mimic_multiplier = 0.5; },
       [](Case& c) { c.model.joints[0].X_PJ.translation().z() = 1; },
       [](Case& c) { c.model.links[0].collision.clear(); },

@@ -10,7 +10,8 @@ TEST(CauseTally, SortsByCountAndSumsUpPairsBeyondTheLimit) {
   CauseTally tally;
   tally.add(Cause::kNoIk, 4);
   for (int i = 0; i < 7; ++i) {
-    tally.add(Cause::kCollision, {"b" + std::to_string(i), "a"}, static_cast<std::uint32_t>(10 + i));
+    tally.add(Cause::kCollision, {"b" + std::to_string(i), "a"},
+              static_cast<std::uint32_t>(10 + i));
   }
   const auto counts = tally.counts(5);
   ASSERT_EQ(counts.size(), 7u);
