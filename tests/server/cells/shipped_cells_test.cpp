@@ -195,12 +195,20 @@ std::size_t notesOf(const Answer& answer, const std::string& code) {
 }
 
 TEST(Notes, TellThatOneArmWouldDo) {
-  const Answer two = ask(requestFor("pick_place", {"crichton/right", "crichton/left"}));
+  PlanRequest near = requestFor("serve_person");
+  near.overrides = {{"tasks.serve.goal.xyz", "[-0.13, -0.20, 0.7402]"}};
+  const Answer two = ask(near);
   ASSERT_TRUE(std::holds_alternative<Done>(two.outcome)) << reasonOf(two.outcome);
   EXPECT_EQ(two.solution().holders.size(), 2u);
   EXPECT_TRUE(verified(two.events, two.outcome, HANDOVER_SOURCE_DIR));
   EXPECT_EQ(notesOf(two, "one_arm_would_do"), 1u);
-  // Not where it would not, or where one arm does it.
+  // It would.
+  near.chain = {"crichton/right"};
+  const Answer one = ask(near);
+  ASSERT_TRUE(std::holds_alternative<Done>(one.outcome)) << reasonOf(one.outcome);
+  EXPECT_TRUE(verified(one.events, one.outcome, HANDOVER_SOURCE_DIR));
+  // Not said where it would not, or where one arm does it.
+  EXPECT_EQ(notesOf(one, "one_arm_would_do"), 0u);
   EXPECT_EQ(notesOf(nominal("butler"), "one_arm_would_do"), 0u);
   EXPECT_EQ(notesOf(nominal("pick_place"), "one_arm_would_do"), 0u);
 }
