@@ -34,7 +34,7 @@ struct CommonOptions {
 
 /// What the cell looks like at one moment of the plan, as a Wavefront file.
 struct StateDump {
-  std::string kind;  ///< "ROBOT/ARM ACTION": the end of that stage; or start, end
+  std::string kind;  ///< start, end, or a stage: its index, or ACTION.HOLDER
   std::string file;
 };
 

@@ -153,9 +153,8 @@ void addPlanFiles(CLI::App& app, PlanFlags& flags) {
       ->type_name("FILE");
   app.add_option(
          "--dump-state", flags.dumps,
-         "Write the cell at the end of a stage ('ROBOT/ARM ACTION', as 'hubo/left grasp'), or at "
-         "start or end, as a Wavefront OBJ: collision shapes in the world, a group each; may "
-         "repeat")
+         "Write the cell at start or end, or at the end of a stage (its index, or ACTION.HOLDER as "
+         "grasp.1), as a Wavefront OBJ: collision shapes in the world, a group each; may repeat")
       ->type_name("KIND FILE")
       ->allow_extra_args(false);
   app.add_option("--root", flags.root,
@@ -201,7 +200,7 @@ PlanOptions finish(const PlanFlags& flags) {
   for (const auto& [kind, file] : flags.dumps) {
     if (!namesState(kind)) {
       throw CLI::ValidationError("--dump-state",
-                                 "'" + kind + "' is not start, end or ROBOT/ARM ACTION");
+                                 "'" + kind + "' is not start, end, INDEX or ACTION.HOLDER");
     }
     if (file.empty()) throw CLI::ValidationError("--dump-state", "FILE is empty");
     options.dumps.push_back({kind, file});

@@ -139,7 +139,8 @@ double timeOf(const std::string& kind, const view::Playback& playback) {
   if (kind == "start") return 0;
   if (kind == "end") return playback.duration();
   for (const StageTrajectory& stage : playback.plan().stages) {
-    if (playback.labelOf(stage) == kind) return stage.start + stage.t.back();
+    const std::string name = toString(stage.action) + ("." + std::to_string(stage.holder));
+    if (kind == name || kind == std::to_string(stage.index)) return stage.start + stage.t.back();
   }
   throw PlanFileError("/plan/stages", "no stage '" + kind + "'");
 }
@@ -148,9 +149,10 @@ double timeOf(const std::string& kind, const view::Playback& playback) {
 
 bool namesState(const std::string& kind) {
   if (kind == "start" || kind == "end") return true;
-  const auto blank = kind.rfind(' '), slash = kind.find('/');
-  return blank != std::string::npos && slash != std::string::npos && slash < blank &&
-         fromString<StageAction>(kind.substr(blank + 1)).has_value();
+  const auto dot = kind.find('.');
+  const std::string number = dot == std::string::npos ? kind : kind.substr(dot + 1);
+  if (number.empty() || number.find_first_not_of("0123456789") != std::string::npos) return false;
+  return dot == std::string::npos || fromString<StageAction>(kind.substr(0, dot)).has_value();
 }
 
 std::string stateObj(std::string_view plan_text, const fs::path& root, const std::string& kind) {

@@ -8,7 +8,8 @@
 
 namespace handover::ctl {
 
-/// Whether it names a moment: "start", "end" or "ROBOT/ARM ACTION", the end of that stage.
+/// Whether it names a moment: "start" or "end" of the plan, or the end of a stage, by its index
+/// ("7") or its action and holder ("grasp.1").
 bool namesState(const std::string& kind);
 
 /// The whole cell at that moment as a Wavefront file: the collision shapes of every link (`o

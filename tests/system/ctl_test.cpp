@@ -99,9 +99,39 @@ INSTANTIATE_TEST_SUITE_P(
         Usage{"experiment c --seed x", 2}, Usage{"experiment c --mode fastest", 2},
         Usage{"experiment c extra", 2}, Usage{"experiment c --html=", 2},
         Usage{"view none.json -o plan.html", 2}, Usage{"view none.json", 2},
-        Usage{"view none.json -o plan.txt", 2}, Usage{"plan --cell c --dump-state giver_grasp", 2},
-        Usage{"plan --cell c --dump-state giver_nap cup.obj", 2},
+        Usage{"view none.json -o plan.txt", 2}, Usage{"plan --cell c --chain a/b/c", 2},
+        Usage{"plan --cell c --chain a,,b", 2}, Usage{"plan --cell c --chain a,auto", 2},
+        Usage{"plan --cell c --slack 11", 2}, Usage{"plan --cell c --slack nan", 2},
+        Usage{"plan --cell c --objective haste", 2}, Usage{"plan --cell c --objective balanced", 3},
+        Usage{"plan --cell c --objective time", 3}, Usage{"experiment c --objective time", 3},
+        Usage{"experiment c --deadline 0", 2}, Usage{"view cell.yaml -o cell.html", 3},
+        Usage{"export plan.json --format csv -o out", 3}, Usage{"record r.mcap", 3},
+        Usage{"replay r.mcap", 3}, Usage{"scene apply s.yaml", 3}, Usage{"scene reset --cell c", 3},
+        Usage{"plan --cell c --dump-state start", 2},
+        Usage{"plan --cell c --dump-state nap.0 cup.obj", 2},
         Usage{"plan --cell c --dump-state start cup.obj extra", 2}));
+
+TEST(CtlUsage, NamesWhatIsWrong) {
+  const auto err = [](const std::string& arguments) {
+    return run(std::vector{kCtl} + words(arguments)).err;
+  };
+  EXPECT_THAT(err("plan --cell c --mode fastest"), HasSubstr("unknown mode 'fastest'"));
+  EXPECT_THAT(err("plan --cell c --search deep"), HasSubstr("unknown search 'deep'"));
+  EXPECT_THAT(err("plan --cell c --objective haste"), HasSubstr("unknown objective 'haste'"));
+  EXPECT_THAT(err("plan --cell c --objective time"), HasSubstr("not built yet: --objective time"));
+  EXPECT_THAT(err("plan --cell c --chain a/b/c"), HasSubstr("'a/b/c' is not ROBOT or ROBOT/ARM"));
+  EXPECT_THAT(err("frob"), HasSubstr("frob"));
+  EXPECT_THAT(err("plan --cel butler"), HasSubstr("--cel"));
+  EXPECT_THAT(err("record r.mcap"), HasSubstr("not built yet: record"));
+}
+
+TEST(CtlHelp, EndsWithAnExampleAndTheExitCodes) {
+  for (const char* command : {"", "plan ", "experiment ", "watch ", "status ", "view "}) {
+    const std::string help = run(words(kCtl + " " + command + "--help")).out;
+    EXPECT_THAT(help, HasSubstr("Example: handoverctl ")) << command;
+    EXPECT_THAT(help, HasSubstr("13 no daemon.")) << command;
+  }
+}
 
 TEST(CtlEnvironment, RefusesADomainThatIsNone) {
   for (const char* text : {"x", "12x", "233", "-1", " 1"}) {

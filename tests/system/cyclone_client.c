@@ -117,6 +117,8 @@ int main(int argc, char** argv) {
   while (1) {
     static handover_msg_PlanEvent event;
     if (!take(events, &event)) return 1;
+    /* Earlier answers to this client id are kept for a while. */
+    if (memcmp(event.request_id, request.request_id, 16) != 0) continue;
     printf("event %u payload %d", event.sequence_number, (int)event.payload._d);
     if (event.payload._d == handover_msg_PAYLOAD_SCENE) {
       const handover_msg_SceneSnapshot* scene = &event.payload._u.scene_value;
@@ -131,8 +133,10 @@ int main(int argc, char** argv) {
     }
     if (event.payload._d == handover_msg_PAYLOAD_TRAJECTORY) {
       const handover_msg_StageTrajectory* stage = &event.payload._u.trajectory_value;
-      printf(" holder %u action %d qdd %.17g of %u", stage->holder, (int)stage->action,
-             stage->qdd._buffer[2], stage->qdd._length);
+      printf(" holder %u action %d", stage->holder, (int)stage->action);
+      if (stage->qdd._length > 2) {
+        printf(" qdd %.17g of %u", stage->qdd._buffer[2], stage->qdd._length);
+      }
     }
     if (event.payload._d == handover_msg_PAYLOAD_FAILURE) {
       const handover_msg_Failure* failure = &event.payload._u.failure_value;
