@@ -38,16 +38,16 @@ TEST(SmallCells, AnswerIsTheSameForTheSameProblemWhateverWasPlannedBetween) {
     const Outcome outcome = planTransport(first.problem, one, Deadline());
     planTransport(other.problem, between, Deadline());
     RC_ASSERT(planTransport(again.problem, two, Deadline()) == outcome);
-    RC_ASSERT(one.stages == two.stages);
+    RC_ASSERT(one.events == two.events);
     if (!std::holds_alternative<Done>(outcome)) return;
     ++solved;
-    RC_ASSERT(planMember(planText(one.stages, outcome)) ==
-              planMember(planText(two.stages, outcome)));
+    RC_ASSERT(planMember(planText(one.events, outcome)) ==
+              planMember(planText(two.events, outcome)));
     again.problem.seed = 77;
     Recorder seeded;
     const Outcome other_seed = planTransport(again.problem, seeded, Deadline());
     if (!std::holds_alternative<Done>(other_seed)) return;
-    const auto valid = verified(seeded.stages, other_seed, robots().root());
+    const auto valid = verified(seeded.events, other_seed, robots().root());
     if (!valid) RC_FAIL(std::string(valid.message()));
   });
   EXPECT_TRUE(result);
@@ -168,7 +168,7 @@ TEST(SmallCells, PlansWithStagesThatOverlapAreVerifiedAtAnySpeed) {
       sum += stage.t.back();
     }
     if (sum > last + 0.1) ++overlapping;
-    const auto valid = verified(recorder.stages, outcome, robots().root());
+    const auto valid = verified(recorder.events, outcome, robots().root());
     if (!valid) RC_FAIL(std::string(valid.message()));
   });
   EXPECT_TRUE(result);

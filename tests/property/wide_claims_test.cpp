@@ -33,7 +33,7 @@ std::optional<std::string> faultOf(const CellDraw& draw, std::map<std::string, i
   const Outcome outcome = planTransport(cell.problem, recorder, Deadline());
   if (std::holds_alternative<Done>(outcome)) {
     ++answers["done"];
-    const auto valid = verified(recorder.stages, outcome, robots().root());
+    const auto valid = verified(recorder.events, outcome, robots().root());
     if (!valid) return valid.message();
     return std::nullopt;
   }

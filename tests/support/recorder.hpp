@@ -10,24 +10,24 @@ namespace handover::test {
 
 /// Those of one sort.
 template <typename T>
-std::vector<T> allOf(const std::vector<PlanEventPayload>& stages) {
+std::vector<T> allOf(const std::vector<PlanEventPayload>& events) {
   std::vector<T> found;
-  for (const auto& stage : stages) {
-    if (const auto* payload = std::get_if<T>(&stage)) found.push_back(*payload);
+  for (const auto& event : events) {
+    if (const auto* payload = std::get_if<T>(&event)) found.push_back(*payload);
   }
   return found;
 }
 
 class Recorder : public PlanEventSink {
  public:
-  void emit(PlanEventPayload payload) override { stages.push_back(std::move(payload)); }
+  void emit(PlanEventPayload payload) override { events.push_back(std::move(payload)); }
 
   template <typename T>
   std::vector<T> all() const {
-    return allOf<T>(stages);
+    return allOf<T>(events);
   }
 
-  std::vector<PlanEventPayload> stages;
+  std::vector<PlanEventPayload> events;
 };
 
 }  // namespace handover::test

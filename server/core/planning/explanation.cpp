@@ -95,7 +95,7 @@ Failed explainSearch(const TransportProblem& problem, const PrunedByArm& at_star
     tally.add(Cause::kNotInMap);
     return failed(FailureReason::kNoCommonWorkspace, "common_workspace",
                   "No point near the middle of the shoulders is in reach of both arms.",
-                  tally.counts(), false);
+                  tally.counts(), wide && !counts.cut);
   }
   if (counts.tuples == 0) {
     const bool all = wide && !counts.cut;

@@ -131,7 +131,11 @@ class TransportSearch {
     ChainList list(problem_, places, repeats);
     list.setEnds(givers, receivers);
     std::vector<Chain> chains = list.chains();
-    if (!repeats) dropOutOfReach(chains);
+    if (!repeats) {
+      const std::size_t all = chains.size();
+      dropOutOfReach(chains);
+      state_.counts.cut = state_.counts.cut || chains.size() < all;  // maps have holes
+    }
     emitSelected(chains, givers, receivers);
     if (givers.arms.empty()) return explainArms(problem_, PruningPlace::kStart, givers);
     if (receivers.arms.empty()) return explainArms(problem_, PruningPlace::kGoal, receivers);

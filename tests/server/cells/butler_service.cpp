@@ -30,7 +30,7 @@ PlanRequest butlerRequest(std::vector<Override> overrides) {
 Answer ask(const PlanRequest& request, const Deadline& deadline) {
   Recorder recorder;
   const Outcome outcome = butlerService().plan(request, recorder, deadline);
-  const Answer answer{std::move(recorder.stages), outcome};
+  const Answer answer{std::move(recorder.events), outcome};
   expectVerified(answer);
   return answer;
 }
@@ -41,7 +41,7 @@ void expectVerified(const Answer& answer) {
   for (const Solution& solution : answer.all<Solution>()) {
     // Fewer: cut by a cancel or the deadline.
     if (stages[solution.index] != solution.stage_count) continue;
-    EXPECT_TRUE(verified(answer.stages, Done{solution.index, true}, HANDOVER_SOURCE_DIR))
+    EXPECT_TRUE(verified(answer.events, Done{solution.index, true}, HANDOVER_SOURCE_DIR))
         << "solution " << solution.index;
   }
 }

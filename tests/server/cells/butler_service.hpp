@@ -15,14 +15,14 @@ CellService& butlerService();
 PlanRequest butlerRequest(std::vector<Override> overrides = {});
 
 struct Answer {
-  std::vector<PlanEventPayload> stages;
+  std::vector<PlanEventPayload> events;
   Outcome outcome;
 
   bool operator==(const Answer&) const = default;
 
   template <typename T>
   std::vector<T> all() const {
-    return allOf<T>(stages);
+    return allOf<T>(events);
   }
 };
 

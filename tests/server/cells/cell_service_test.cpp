@@ -92,6 +92,7 @@ TEST(CellService, SaysWhyAReceiverSixMetresAwayCannot) {
   const auto* failed = std::get_if<Failed>(&answer.outcome);
   ASSERT_NE(failed, nullptr);
   EXPECT_EQ(failed->reason, FailureReason::kNoCommonWorkspace);
+  EXPECT_TRUE(failed->explanation.exhaustive);
   EXPECT_FALSE(failed->explanation.text.empty());
 }
 

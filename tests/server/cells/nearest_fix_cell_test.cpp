@@ -24,7 +24,7 @@ class NearestFixOfACell : public testing::Test {
 
   /// The receiver as the last plan's scene had it.
   SceneRobot hubo() const {
-    for (const PlanEventPayload& payload : recorder_.stages) {
+    for (const PlanEventPayload& payload : recorder_.events) {
       const auto* scene = std::get_if<SceneSnapshot>(&payload);
       if (scene == nullptr) continue;
       for (const RobotSnapshot& robot : scene->robots) {

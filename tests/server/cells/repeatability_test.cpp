@@ -55,14 +55,14 @@ TEST_P(EveryMode, AnswersTheSameTwice) {
   request.id = RequestId::random();
   Recorder again;
   EXPECT_EQ(butlerService().plan(request, again, Deadline()), first.outcome);
-  EXPECT_EQ(again.stages, first.stages);
+  EXPECT_EQ(again.events, first.events);
 }
 
 TEST_F(Repeatability, OverridesLeaveNothingBehind) {
   for (const auto& overrides : kOthers) {
     PlanRequest other = butlerRequest(overrides);
     other.wants_fix = false;
-    EXPECT_NE(ask(other).stages, nominal().stages) << overrides[0].value;
+    EXPECT_NE(ask(other).events, nominal().events) << overrides[0].value;
     EXPECT_EQ(ask(butlerRequest()), nominal()) << "after " << overrides[0].value;
   }
 }
@@ -95,7 +95,7 @@ class Interleaved : public Repeatability {
       EXPECT_EQ(events[i].sequence, i);
       EXPECT_EQ(events[i].answer_id, events.front().answer_id);
       EXPECT_EQ(std::holds_alternative<Outcome>(events[i].payload), i + 1 == events.size());
-      if (i > 0 && i + 1 < events.size()) answer.stages.push_back(events[i].payload);
+      if (i > 0 && i + 1 < events.size()) answer.events.push_back(events[i].payload);
     }
     return answer;
   }
@@ -160,15 +160,15 @@ TEST_F(Interleaved, CancelsEndTheirOwnRequestOnly) {
     }
     ++stopped;
     EXPECT_TRUE(cancelled[id]);
-    if (!answer.stages.empty() && std::holds_alternative<Failure>(answer.stages.back())) {
+    if (!answer.events.empty() && std::holds_alternative<Failure>(answer.events.back())) {
       // Of the outcome itself.
-      EXPECT_EQ(std::get<Failure>(answer.stages.back()).reason, FailureReason::kDeadline);
+      EXPECT_EQ(std::get<Failure>(answer.events.back()).reason, FailureReason::kDeadline);
       EXPECT_TRUE(std::holds_alternative<Failed>(answer.outcome));
-      answer.stages.pop_back();
+      answer.events.pop_back();
     }
     // What had left before is the beginning of the same answer.
-    ASSERT_LE(answer.stages.size(), nominal().stages.size());
-    EXPECT_TRUE(std::equal(answer.stages.begin(), answer.stages.end(), nominal().stages.begin()));
+    ASSERT_LE(answer.events.size(), nominal().events.size());
+    EXPECT_TRUE(std::equal(answer.events.begin(), answer.events.end(), nominal().events.begin()));
     const auto* failed = std::get_if<Failed>(&answer.outcome);
     EXPECT_TRUE(std::holds_alternative<Cancelled>(answer.outcome) ||
                 (failed != nullptr && failed->reason == FailureReason::kDeadline));

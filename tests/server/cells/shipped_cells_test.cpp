@@ -82,7 +82,7 @@ struct Answer {
 Answer ask(const PlanRequest& request) {
   Recorder recorder;
   Outcome outcome = service().plan(request, recorder, Deadline());
-  return {std::move(recorder.stages), std::move(outcome)};
+  return {std::move(recorder.events), std::move(outcome)};
 }
 
 /// The answer to the cell as it stands, made once.
