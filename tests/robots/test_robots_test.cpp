@@ -45,8 +45,10 @@ TEST_P(OtherArmsCell, NeedsBothRobotsForEveryTask) {
 
 TEST_P(OtherArmsCell, StartsFreeOfContacts) {
   for (const SceneTask& task : instance_.tasks) {
-    const auto start = startOf(instance_.scene, task);
-    CollisionWorld world(std::make_shared<const CollisionScene>(*start));
+    Scene start = *startOf(instance_.scene, task);
+    SceneObject& object = start.objects.at(static_cast<std::size_t>(start.findObject(task.object)));
+    object.resting = task.start_rest.objects.value();
+    CollisionWorld world(std::make_shared<const CollisionScene>(start));
     std::vector<BodyId> all;
     for (BodyId body = 0; body < world.scene().bodies(); ++body) all.push_back(body);
     for (const BodyContact& contact :
