@@ -9,8 +9,8 @@
 //   to CLIENT  writes one client's stages; its queue and that client's acknowledgements;
 //   ~DdsEndpoint (Fast DDS) receive, discovery, timers; the network; ~DdsEndpoint. They decode,
 //   enqueue and return.
-#include "daemon.hpp"
 #include "cells/cell_service.hpp"
+#include "daemon.hpp"
 #include "settings/check.hpp"
 #include "settings/roots.hpp"
 #include "settings/settings_file.hpp"
@@ -18,13 +18,13 @@
 
 #include <handover/common/domain.hpp>
 #include <handover/common/log.hpp>
+#include <handover/common/mutex.hpp>
 
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
 #include <functional>
 #include <iostream>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -78,7 +78,7 @@ Setup setUp(const Options& options) {
 class ProgressBar {
  public:
   void operator()(const std::string& what, double fraction) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (isatty(STDERR_FILENO) != 0) {
       const int filled = static_cast<int>(fraction * kWidth);
       std::cerr << "\r\033[K" << std::string(static_cast<std::size_t>(filled), '#')
@@ -94,8 +94,8 @@ class ProgressBar {
 
  private:
   static constexpr int kWidth = 30;
-  std::mutex mutex_;
-  std::string last_;
+  Mutex mutex_;
+  std::string last_ HANDOVER_GUARDED_BY(mutex_);
 };
 
 int serve(const Options& options) {

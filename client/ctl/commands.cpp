@@ -13,14 +13,13 @@
 #include <handover/client/answer.hpp>
 #include <handover/client/client.hpp>
 #include <handover/client/plan_file.hpp>
+#include <handover/common/mutex.hpp>
 
-#include <condition_variable>
 #include <deque>
 #include <functional>
 #include <iostream>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 
 namespace handover::ctl {
@@ -73,27 +72,28 @@ Json statusJson(const DaemonStatus& status) {
 class WatchedOutcome {
  public:
   void set(const Outcome& outcome) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (!outcome_) outcome_ = outcome;
     changed_.notify_all();
   }
 
   void touch() {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     seen_ = true;
     changed_.notify_all();
   }
 
   void stop() {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     stopped_ = true;
     changed_.notify_all();
   }
 
   /// False if no event came within `most`.
   bool waitForFirst(std::chrono::milliseconds most) {
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, most, [this] { return seen_ || stopped_; });
+    MutexLock lock(mutex_);
+    return changed_.wait_for(lock, most,
+                             [this]() HANDOVER_REQUIRES(mutex_) { return seen_ || stopped_; });
   }
 
   /// The outcome; nullopt after stop(). @throws ClientError (kDaemonLost) when all daemons went
@@ -101,9 +101,10 @@ class WatchedOutcome {
   std::optional<Outcome> wait(const Client& client, std::chrono::milliseconds patience) {
     using Clock = std::chrono::steady_clock;
     auto last_seen = Clock::now();
-    std::unique_lock lock(mutex_);
+    MutexLock lock(mutex_);
     while (!changed_.wait_for(lock, std::chrono::milliseconds(100),
-                              [this] { return outcome_ || stopped_; })) {
+                              [this]()
+                                  HANDOVER_REQUIRES(mutex_) { return outcome_ || stopped_; })) {
       if (client.daemonThere()) {
         last_seen = Clock::now();
       } else if (Clock::now() - last_seen > patience) {
@@ -115,10 +116,11 @@ class WatchedOutcome {
   }
 
  private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::optional<Outcome> outcome_;
-  bool seen_ = false, stopped_ = false;
+  Mutex mutex_;
+  Condition changed_;
+  std::optional<Outcome> outcome_ HANDOVER_GUARDED_BY(mutex_);
+  bool seen_ HANDOVER_GUARDED_BY(mutex_) = false;
+  bool stopped_ HANDOVER_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace
@@ -236,12 +238,12 @@ int runPlan(const CommonOptions& common, const PlanOptions& options) {
     }
   }
   return withClient(common, [&](Client& client) -> int {
-    std::mutex mutex;  // guards handle, stopped
+    Mutex mutex;  // guards handle, stopped
     std::optional<client::PlanHandle> handle;
     bool stopped = false;
     const SignalWatch signals(
         [&] {
-          const std::lock_guard lock(mutex);
+          const MutexLock lock(mutex);
           stopped = true;
           if (handle) {
             handle->cancel();
@@ -263,7 +265,7 @@ int runPlan(const CommonOptions& common, const PlanOptions& options) {
           if (common.json) std::cout << client::compact(Json{{"type", "restart"}}) << std::endl;
         });
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       handle = sent;
       if (stopped) sent.cancel();
     }

@@ -9,18 +9,17 @@
 #include "view/page.hpp"
 
 #include <handover/client/answer.hpp>
+#include <handover/common/mutex.hpp>
 
 #include <spdlog/fmt/fmt.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <condition_variable>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <thread>
 
@@ -128,6 +127,7 @@ class Experiment {
       const auto jobs = std::min(static_cast<std::uint64_t>(options_.jobs), options_.runs);
       for (std::uint64_t i = 0; i < jobs; ++i) workers.emplace_back([this] { work(); });
     }
+    const MutexLock lock(mutex_);
     if (failure_) std::rethrow_exception(failure_);
     if (stopped_) throw ExperimentFailure{kExitCancelled, "cancelled"};
     ExperimentRecord record;
@@ -148,12 +148,15 @@ class Experiment {
   }
 
   /// Why the cell's ranges are unsound; empty: they are not. After run().
-  const std::string& unsound() const { return unsound_; }
+  std::string unsound() const {
+    const MutexLock lock(mutex_);
+    return unsound_;
+  }
 
   /// Cancels what is under way. From any thread.
   void stop() {
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       stopped_ = true;
       for (const auto& [index, handle] : open_) cancel(handle);
     }
@@ -186,8 +189,9 @@ class Experiment {
       }
       if (!told) std::cerr << "the daemon makes maps and grasp sets first" << std::endl;
       told = true;
-      std::unique_lock lock(mutex_);
-      changed_.wait_for(lock, std::chrono::milliseconds(200), [this] { return stopped_; });
+      MutexLock lock(mutex_);
+      changed_.wait_for(lock, std::chrono::milliseconds(200),
+                        [this]() HANDOVER_REQUIRES(mutex_) { return stopped_; });
     }
   }
 
@@ -207,7 +211,7 @@ class Experiment {
       }
     } catch (...) {
       {
-        const std::lock_guard lock(mutex_);
+        const MutexLock lock(mutex_);
         if (!failure_ && !stopped_) failure_ = std::current_exception();
       }
       stop();
@@ -215,7 +219,7 @@ class Experiment {
   }
 
   std::optional<std::uint64_t> next() {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (stopped_ || !unsound_.empty() || next_ == options_.runs) return std::nullopt;
     return next_++;
   }
@@ -350,7 +354,7 @@ class Experiment {
   }
 
   void open(std::uint64_t index, const PlanHandle& handle) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     open_.insert_or_assign(index, handle);
     if (stopped_) cancel(handle);
   }
@@ -365,13 +369,13 @@ class Experiment {
 
   /// True when the run was stopped.
   bool close(std::uint64_t index) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     open_.erase(index);
     return stopped_;
   }
 
   void keep(RunRecord record) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     progress_.add(record);
     if (common_.json) {
       Json line = {{"type", "run"}};
@@ -383,7 +387,7 @@ class Experiment {
 
   /// Ranges that often lead to start scenes that touch are unsound; true when they are.
   bool countRedrawn(const std::vector<NamePair>& touching) {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ++redrawn_;
     for (const auto& [first, second] : touching) ++redrawn_for_[first + " - " + second];
     if (redrawn_ * 10 <= options_.runs) return false;
@@ -402,16 +406,17 @@ class Experiment {
   std::vector<Variation> variations_;
   std::string daemon_version_;
 
-  std::mutex mutex_;  // guards all below
-  std::condition_variable changed_;
-  Progress progress_;
-  std::uint64_t next_ = 0, redrawn_ = 0;
-  std::map<std::string, int> redrawn_for_;
-  std::string unsound_;
-  std::map<std::uint64_t, PlanHandle> open_;
-  std::map<std::uint64_t, RunRecord> answered_;
-  std::exception_ptr failure_;
-  bool stopped_ = false;
+  mutable Mutex mutex_;
+  Condition changed_;
+  Progress progress_ HANDOVER_GUARDED_BY(mutex_);
+  std::uint64_t next_ HANDOVER_GUARDED_BY(mutex_) = 0;
+  std::uint64_t redrawn_ HANDOVER_GUARDED_BY(mutex_) = 0;
+  std::map<std::string, int> redrawn_for_ HANDOVER_GUARDED_BY(mutex_);
+  std::string unsound_ HANDOVER_GUARDED_BY(mutex_);
+  std::map<std::uint64_t, PlanHandle> open_ HANDOVER_GUARDED_BY(mutex_);
+  std::map<std::uint64_t, RunRecord> answered_ HANDOVER_GUARDED_BY(mutex_);
+  std::exception_ptr failure_ HANDOVER_GUARDED_BY(mutex_);
+  bool stopped_ HANDOVER_GUARDED_BY(mutex_) = false;
 };
 
 /// What the records mean for the process.

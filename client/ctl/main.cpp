@@ -125,8 +125,6 @@ void setSearch(const SearchFlags& flags, PlanRequest& request) {
   if (flags.deadline->count() > 0) request.deadline_s = flags.deadline_s;
 }
 
-constexpr double kDefaultSlack = 0.25;  // [s]
-
 constexpr const char* kExitCodes =
     "Exit codes: 0 done, 1 internal error, 2 usage or unreadable input, 3 configuration or output "
     "not\nwritable, 4 DDS, 10 no plan, 11 cancelled or deadline without a plan, 12 rejected, 13 no "
@@ -168,7 +166,6 @@ void addPlanFiles(CLI::App& app, PlanFlags& flags) {
 
 void addPlan(CLI::App& app, PlanFlags& flags) {
   PlanRequest& request = flags.options.request;
-  request.slack_s = kDefaultSlack;
   app.add_option("--cell", request.cell, "Cell to plan in; required")->type_name("CELL");
   app.add_option("--task", request.task, "Task of the cell (default: its first)")
       ->type_name("TASK");
@@ -229,7 +226,6 @@ struct ExperimentFlags {
 
 void addExperiment(CLI::App& app, ExperimentFlags& flags) {
   ExperimentOptions& options = flags.options;
-  options.request.slack_s = kDefaultSlack;
   app.add_option("CELL", options.request.cell, "Cell whose variations are drawn")
       ->required()
       ->check(checkNotEmpty);
@@ -296,6 +292,7 @@ int notBuiltYet(const std::string& what) {
 std::string notBuilt(const PlanRequest& request) {
   const bool built =
       request.objective == Objective::kUnspecified || request.objective == Objective::kDexterity;
+  if (request.slack_s > 0) return "--slack above 0";
   return built ? "" : std::string("--objective ") + toString(request.objective);
 }
 

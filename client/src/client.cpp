@@ -6,12 +6,11 @@
 #include <handover/client/client.hpp>
 #include <handover/common/check.hpp>
 #include <handover/common/domain.hpp>
+#include <handover/common/mutex.hpp>
 
 #include <algorithm>
-#include <condition_variable>
 #include <deque>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <thread>
@@ -102,13 +101,14 @@ struct Client::Impl {
   const int domain;
   const std::string client_id;
 
-  std::mutex mutex;  // guards all below but the entities
-  std::condition_variable changed;
-  wire::KnownDaemons known_daemons;
-  std::map<RequestId, Pending> pending;
-  std::deque<Arrival> arrivals;
-  OnEvent on_watched;
-  bool interrupted = false, stopping = false;
+  Mutex mutex;
+  Condition changed;
+  wire::KnownDaemons known_daemons HANDOVER_GUARDED_BY(mutex);
+  std::map<RequestId, Pending> pending HANDOVER_GUARDED_BY(mutex);
+  std::deque<Arrival> arrivals HANDOVER_GUARDED_BY(mutex);
+  OnEvent on_watched HANDOVER_GUARDED_BY(mutex);
+  bool interrupted HANDOVER_GUARDED_BY(mutex) = false;
+  bool stopping HANDOVER_GUARDED_BY(mutex) = false;
 
   // Last but the thread: their callbacks use all above.
   wire::Participant participant;
@@ -137,11 +137,12 @@ struct Client::Impl {
   /// Ends the thread; requests still open fail.
   void shutDown() {
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       stopping = true;
     }
     changed.notify_all();
     dispatcher.join();
+    const MutexLock lock(mutex);
     for (const auto& [id, state] : pending) {
       state->promise.set_exception(
           std::make_exception_ptr(ClientError(Code::kInterrupted, "the client was closed")));
@@ -151,27 +152,27 @@ struct Client::Impl {
   // ---- DDS threads: note and wake ----
 
   void touch() {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     changed.notify_all();
   }
 
   void onEvent(const wire::Sample<msg::PlanEvent>& sample, bool by_watch) {
     if (sample.message == nullptr) return;
     Arrival arrival{Clock::now(), RequestId{sample.key}, wire::decode(*sample.message), by_watch};
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     arrivals.push_back(std::move(arrival));
     changed.notify_all();
   }
 
   void onStatus(const wire::Sample<msg::DaemonStatus>& sample) {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     known_daemons.take(sample);
     changed.notify_all();
   }
 
   void onStatusMatch(const wire::Match& match) {
     if (match.gained) return;
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     known_daemons.lose(match.peer);
     changed.notify_all();
   }
@@ -179,17 +180,18 @@ struct Client::Impl {
   // ---- callers' threads ----
 
   /// Waits for a condition, at most until `until`; false when it was not met. @throws kInterrupted.
-  template <typename Condition>
-  bool await(std::unique_lock<std::mutex>& lock, Clock::time_point until, Condition condition) {
-    const bool met = changed.wait_until(lock, until, [&] { return interrupted || condition(); });
+  template <typename Test>
+  bool await(MutexLock& lock, Clock::time_point until, Test test) HANDOVER_REQUIRES(mutex) {
+    const bool met = changed.wait_until(
+        lock, until, [&]() HANDOVER_REQUIRES(mutex) { return interrupted || test(); });
     if (interrupted) throw ClientError(Code::kInterrupted, "interrupted");
-    return met && condition();
+    return met && test();
   }
 
   /// Matched both ways: what is written from now on arrives, and so does the answer.
-  void awaitDaemon(std::unique_lock<std::mutex>& lock) {
+  void awaitDaemon(MutexLock& lock) HANDOVER_REQUIRES(mutex) {
     const auto until = Clock::now() + options.wait;
-    const bool there = await(lock, until, [this] {
+    const bool there = await(lock, until, [this]() HANDOVER_REQUIRES(mutex) {
       return !known_daemons.empty() && requests.matched() > 0 && cancels.matched() > 0;
     });
     if (!there) {
@@ -199,6 +201,12 @@ struct Client::Impl {
     // know us makes it with the first request; its events wait for us then.
     using namespace std::chrono_literals;
     await(lock, std::min(until, Clock::now() + 500ms), [this] { return events.matched() > 0; });
+  }
+
+  /// Waits for a daemon beyond those known, at most a period of announcements.
+  void awaitMore(MutexLock& lock, std::size_t known) HANDOVER_REQUIRES(mutex) {
+    await(lock, Clock::now() + kAnnouncements,
+          [this, known]() HANDOVER_REQUIRES(mutex) { return known_daemons.size() > known; });
   }
 
   void sendCancel(const RequestId& id) {
@@ -211,7 +219,7 @@ struct Client::Impl {
   // ---- the dispatcher ----
 
   void dispatch() noexcept {
-    std::unique_lock lock(mutex);
+    MutexLock lock(mutex);
     while (!stopping) {
       if (arrivals.empty()) {
         auto next = Clock::time_point::max();
@@ -234,46 +242,57 @@ struct Client::Impl {
       arrivals.pop_front();
       if (arrival.watched) {
         if (const auto* event = std::get_if<PlanEvent>(&arrival.event)) {
+          const OnEvent call = on_watched;
           lock.unlock();
-          on_watched(*event);
+          call(*event);
           lock.lock();
         }
       } else {
-        take(lock, arrival);
+        lock.unlock();
+        take(arrival);
+        lock.lock();
       }
     }
   }
 
-  void take(std::unique_lock<std::mutex>& lock, const Arrival& arrival) {
-    const auto found = pending.find(arrival.id);
-    if (found == pending.end()) return;
-    const Pending state = found->second;
+  /// Without the lock: what it calls may come back to us.
+  void take(const Arrival& arrival) HANDOVER_EXCLUDES(mutex) {
     const auto* event = std::get_if<PlanEvent>(&arrival.event);
-    if (event == nullptr) {
-      const auto& faults = std::get<std::vector<Fault>>(arrival.event);
-      failUnlocked(lock, state, "unreadable event:" + describe(faults));
+    Pending state;
+    std::string fault;
+    bool restart = false, late_cancel = false;
+    {
+      const MutexLock lock(mutex);
+      const auto found = pending.find(arrival.id);
+      if (found == pending.end()) return;
+      state = found->second;
+      if (event == nullptr) {
+        fault = "unreadable event:" + describe(std::get<std::vector<Fault>>(arrival.event));
+      } else {
+        if (state->dropped.contains(event->answer_id)) return;
+        restart = state->answer != event->answer_id && state->begin(event->answer_id);
+        if (event->sequence < state->next_sequence) return;
+        if (event->sequence > state->next_sequence) {
+          fault = "event " + std::to_string(state->next_sequence) + " is missing before event " +
+                  std::to_string(event->sequence);
+        } else {
+          state->note(*event, arrival.at);
+          late_cancel = state->next_sequence == 1 && state->cancel_wanted;
+          changed.notify_all();
+        }
+      }
+    }
+    if (!fault.empty()) {
+      fail(state, ClientError(Code::kBadStream, fault));
       return;
     }
-    if (state->dropped.contains(event->answer_id)) return;
-    const bool restart = state->answer != event->answer_id && state->begin(event->answer_id);
-    if (event->sequence < state->next_sequence) return;
-    if (event->sequence > state->next_sequence) {
-      failUnlocked(lock, state,
-                   "event " + std::to_string(state->next_sequence) + " is missing before event " +
-                       std::to_string(event->sequence));
-      return;
-    }
-    state->note(*event, arrival.at);
-    const bool late_cancel = state->next_sequence == 1 && state->cancel_wanted;
-    changed.notify_all();
-    lock.unlock();
     if (late_cancel) (void)cancels.write(wire::encodeCancel(arrival.id));
     deliver(state, *event, restart, arrival.at);
-    lock.lock();
   }
 
   /// Calls back, and ends the request with its outcome or with what left a callback.
-  void deliver(const Pending& state, const PlanEvent& event, bool restart, Clock::time_point at) {
+  void deliver(const Pending& state, const PlanEvent& event, bool restart, Clock::time_point at)
+      HANDOVER_EXCLUDES(mutex) {
     try {
       if (restart && state->on_restart) state->on_restart();
       if (state->on_event) state->on_event(event);
@@ -288,18 +307,11 @@ struct Client::Impl {
     state->promise.set_value(*outcome);
   }
 
-  void failUnlocked(std::unique_lock<std::mutex>& lock, const Pending& state,
-                    const std::string& text) {
-    lock.unlock();
-    fail(state, ClientError(Code::kBadStream, text));
-    lock.lock();
-  }
-
   /// Forgets a request here and, its instance being unregistered, in the daemon. Without the lock:
   /// writers may be calling back.
-  void end(const Pending& state, Clock::time_point at) {
+  void end(const Pending& state, Clock::time_point at) HANDOVER_EXCLUDES(mutex) {
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       state->ended = true;
       state->answered_at = at;
       pending.erase(state->request.id);
@@ -308,13 +320,13 @@ struct Client::Impl {
     requests.unregister(wire::encode(state->request));
   }
 
-  void fail(const Pending& state, const ClientError& error) {
+  void fail(const Pending& state, const ClientError& error) HANDOVER_EXCLUDES(mutex) {
     end(state, Clock::now());
     state->promise.set_exception(std::make_exception_ptr(error));
   }
 
   /// Requests whose daemon stayed away too long; `next` is when to look again.
-  std::vector<Pending> lost(Clock::time_point& next) {
+  std::vector<Pending> lost(Clock::time_point& next) HANDOVER_REQUIRES(mutex) {
     next = Clock::time_point::max();
     std::vector<Pending> given_up;
     for (const auto& [id, state] : pending) {
@@ -351,7 +363,7 @@ void PlanHandle::cancel() const {
   if (!client) return;
   {
     // A cancel that overtakes its request would find nothing to cancel.
-    const std::lock_guard lock(client->mutex);
+    const MutexLock lock(client->mutex);
     state_->cancel_wanted = true;
     if (state_->ended || state_->next_sequence == 0) return;
   }
@@ -402,7 +414,7 @@ PlanHandle Client::plan(PlanRequest request, OnEvent on_event, OnRestart on_rest
   state.on_restart = std::move(on_restart);
   state.client = impl_;
 
-  std::unique_lock lock(impl_->mutex);
+  MutexLock lock(impl_->mutex);
   impl_->awaitDaemon(lock);
   state.written_at = state.answered_at = Clock::now();
   if (auto faults = check(state.request); !faults.empty()) {
@@ -439,32 +451,31 @@ PlanHandle Client::plan(PlanRequest request, OnEvent on_event, OnRestart on_rest
 
 void Client::cancel(const RequestId& id) {
   {
-    std::unique_lock lock(impl_->mutex);
+    MutexLock lock(impl_->mutex);
     impl_->awaitDaemon(lock);
   }
   impl_->sendCancel(id);
 }
 
 std::vector<DaemonStatus> Client::daemons() {
-  std::unique_lock lock(impl_->mutex);
+  MutexLock lock(impl_->mutex);
   impl_->awaitDaemon(lock);
   // Where one announced itself the others do so within a period of announcements.
   for (std::size_t known = 0; known != impl_->known_daemons.size();) {
     known = impl_->known_daemons.size();
-    impl_->await(lock, Clock::now() + kAnnouncements,
-                 [this, known] { return impl_->known_daemons.size() > known; });
+    impl_->awaitMore(lock, known);
   }
   return impl_->known_daemons.all();
 }
 
 bool Client::daemonThere() const {
-  const std::lock_guard lock(impl_->mutex);
+  const MutexLock lock(impl_->mutex);
   return !impl_->known_daemons.empty();
 }
 
 void Client::watch(OnEvent on_event) {
   {
-    std::unique_lock lock(impl_->mutex);
+    MutexLock lock(impl_->mutex);
     impl_->awaitDaemon(lock);
     impl_->on_watched = std::move(on_event);
   }
@@ -476,7 +487,7 @@ void Client::watch(OnEvent on_event) {
 void routeMiddlewareLog() { wire::routeDdsLog(true); }
 
 void Client::interrupt() {
-  const std::lock_guard lock(impl_->mutex);
+  const MutexLock lock(impl_->mutex);
   impl_->interrupted = true;
   impl_->changed.notify_all();
 }

@@ -28,6 +28,7 @@ constexpr double kReachSlack = 1e-2;  // [m] by which a lever may grow within on
 constexpr std::size_t kMostNodes = 200'000;
 constexpr std::size_t kMostQueries = 20'000'000;
 constexpr std::size_t kMostPoses = 4000;  // kept for a phase
+constexpr double kExact = 0.1;            // [m] of motion from which boxes alone are asked
 
 /// An actor that moves in a stage (or a part of it), or waits between two.
 struct Phase {
@@ -43,6 +44,12 @@ struct Phase {
   std::vector<std::vector<double>> travelled;  ///< [body of the actor][node]
   std::unordered_map<std::uint64_t, std::vector<Pose>> poses;
 };
+
+Eigen::AlignedBox3d worldBox(const Body& body, const Pose& X_WB) {
+  const Eigen::Vector3d centre = X_WB * body.box().center();
+  const Eigen::Vector3d half = X_WB.linear().cwiseAbs() * (body.box().sizes() / 2);
+  return {centre - half, centre + half};
+}
 
 /// What one actor moves.
 struct Crew {
@@ -289,7 +296,6 @@ class LateCheck {
   }
 
   const std::vector<Pose>& posesAt(const Crew& crew, Phase& phase, double t) {
-    if (phase.poses.size() > kMostPoses) phase.poses.clear();
     const auto [found, is_new] = phase.poses.try_emplace(std::bit_cast<std::uint64_t>(t));
     if (is_new) {
       linksAt(crew, phase, t, X_WL_);
@@ -367,6 +373,9 @@ class LateCheck {
     at_a = std::clamp(at_a + (apart - (at_a - at_b)) / 2, own_a.from, own_a.to);
     at_b = std::clamp(at_a - apart, own_b.from, own_b.to);
     at_a = std::clamp(at_b + apart, own_a.from, own_a.to);
+    for (Phase* phase : {a_, b_}) {
+      if (phase->poses.size() > kMostPoses) phase->poses.clear();
+    }
     const std::vector<Pose>& poses_a = posesAt(*crew_a_, *a_, at_a);
     const std::vector<Pose>& poses_b = posesAt(*crew_b_, *b_, at_b);
 
@@ -383,14 +392,10 @@ class LateCheck {
       const double centres =
           (poses_a[pair.a] * one.centre() - poses_b[pair.b] * other.centre()).norm();
       if (centres - one.radius() - other.radius() > needed) continue;
-      if (++report_.late.queries > kMostQueries) {
-        throw Unreadable("/plan/stages", "too much motion to be checked");
-      }
-      const double room =
-          contactRoom(one, poses_a[pair.a], other, poses_b[pair.b], std::nullopt, needed + kFinest);
-      if (room > needed) continue;
-      if (room < 0 && shown(pair, at_a, at_b)) continue;
-      if (needed <= kFinest) continue;
+      const double boxes =
+          worldBox(one, poses_a[pair.a]).exteriorDistance(worldBox(other, poses_b[pair.b]));
+      if (boxes > needed) continue;
+      if (needed < kExact && !stays(pair, needed, at_a, at_b)) continue;
       most_a = std::max(most_a, travel_a);
       most_b = std::max(most_b, travel_b);
       left.push_back(pair);
@@ -403,6 +408,21 @@ class LateCheck {
       cover(own_a, {own_b.from, own_b.middle()}, left);
       cover(own_a, {own_b.middle(), own_b.to}, remaining(left));
     }
+  }
+
+  /// Whether the pair must be looked at in parts of a rectangle within which its bodies move by
+  /// `needed` from where they are at the point.
+  bool stays(const Pair& pair, double needed, double at_a, double at_b) {
+    if (++report_.late.queries > kMostQueries) {
+      throw Unreadable("/plan/stages", "too much motion to be checked");
+    }
+    const double room =
+        contactRoom(scene_.body(crew_a_->bodies[pair.a]).body, posesAt(*crew_a_, *a_, at_a)[pair.a],
+                    scene_.body(crew_b_->bodies[pair.b]).body, posesAt(*crew_b_, *b_, at_b)[pair.b],
+                    std::nullopt, needed + kFinest);
+    if (room > needed) return false;
+    if (room < 0 && shown(pair, at_a, at_b)) return false;
+    return needed > kFinest;
   }
 
   /// Those that have not been reported meanwhile.
@@ -455,15 +475,20 @@ class LateCheck {
     return true;
   }
 
+  /// Runs that are later than the plan and what they wait for make them.
   std::string whoIsLate(const std::vector<double>& starts) const {
     std::string who;
     for (const std::vector<int>& run : task_.runs) {
-      const int s = run.front();
-      const double late = starts[static_cast<std::size_t>(s)] - scene_.stage(s).start;
-      if (late < 1e-6) continue;
+      const int first = run.front();
+      const double start = starts[static_cast<std::size_t>(first)];
+      double due = scene_.stage(first).start;
+      for (const After& after : scene_.stage(first).after) {
+        due = std::max(due, starts[static_cast<std::size_t>(after.stage)] + after.progress);
+      }
+      if (start - due < 1e-6) continue;
       char by[32];
-      std::snprintf(by, sizeof by, " is %.3f s late", late);
-      who += (who.empty() ? "" : ", ") + scene_.stageName(s) + by;
+      std::snprintf(by, sizeof by, " is %.3f s late", start - scene_.stage(first).start);
+      who += (who.empty() ? "" : ", ") + scene_.stageName(first) + by;
     }
     return who.empty() ? "nothing is late" : who;
   }

@@ -9,18 +9,23 @@
 #include <assimp/scene.h>
 
 #include <algorithm>
+#include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <fstream>
 #include <limits>
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <string>
 
 namespace handover::verify {
 namespace {
 
 constexpr std::size_t kMaxTriangles = 2'000'000;
-constexpr double kWeld = 1e-7;  // [m]: vertices nearer than about this are one
+constexpr std::size_t kLongestReason = 200;  // some quote the whole file
+constexpr double kWeld = 1e-7;               // [m]: vertices nearer than about this are one
 
 Eigen::Matrix4d toEigen(const aiMatrix4x4& m) {
   Eigen::Matrix4d result;
@@ -113,6 +118,36 @@ bool oddCrossings(const Mesh& mesh, const Eigen::Vector3d& origin, const Eigen::
   return odd;
 }
 
+/// A text STL as whoever wrote it: every three "vertex x y z" are a triangle. For dialects that
+/// assimp refuses, as one with an empty solid. Empty: it is none.
+Mesh readTextStl(const std::filesystem::path& file) {
+  Mesh mesh;
+  std::ifstream stream(file);
+  std::string word;
+  if (!(stream >> word) || word != "solid") return mesh;
+  while (stream >> word) {
+    if (word != "vertex") continue;
+    Eigen::Vector3d vertex;
+    for (int k = 0; k < 3; ++k) {
+      if (!(stream >> word)) return {};
+      const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), vertex[k]);
+      if (error != std::errc() || end != word.data() + word.size()) return {};
+    }
+    mesh.vertices.push_back(vertex);
+  }
+  if (mesh.vertices.size() % 3 != 0 || mesh.vertices.size() / 3 > kMaxTriangles) return {};
+  for (int v = 0; v < static_cast<int>(mesh.vertices.size()); v += 3) {
+    mesh.triangles.push_back({v, v + 1, v + 2});
+  }
+  return mesh;
+}
+
+bool isStl(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension == ".stl";
+}
+
 }  // namespace
 
 void Mesh::append(const Mesh& other) {
@@ -135,9 +170,16 @@ std::vector<Mesh> readMesh(const std::filesystem::path& file, const Eigen::Vecto
                               aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   const aiScene* scene =
       importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);
-  if (!scene || !scene->mRootNode) throw Unreadable(file.string(), importer.GetErrorString());
   std::vector<Mesh> meshes;
-  collect(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity(), meshes);
+  if (scene && scene->mRootNode) {
+    collect(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity(), meshes);
+  } else {
+    if (isStl(file)) meshes.push_back(readTextStl(file));
+    if (meshes.empty() || meshes.front().triangles.empty()) {
+      throw Unreadable(file.string(),
+                       std::string(importer.GetErrorString()).substr(0, kLongestReason));
+    }
+  }
   std::size_t triangles = 0;
   for (Mesh& mesh : meshes) {
     triangles += mesh.triangles.size();

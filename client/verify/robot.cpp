@@ -345,9 +345,9 @@ std::vector<int> Robot::rigidGroups() const {
   for (std::size_t i = 0; i < links.size(); ++i) {
     const int above = links[i].parent_joint;
     const bool fixed = above >= 0 && !joints[static_cast<std::size_t>(above)].movable();
-    rigid[i] =
-        fixed ? rigid[static_cast<std::size_t>(joints[static_cast<std::size_t>(above)].parent)]
-              : static_cast<int>(i);
+    rigid[i] = fixed
+                   ? rigid[static_cast<std::size_t>(joints[static_cast<std::size_t>(above)].parent)]
+                   : static_cast<int>(i);
   }
   return rigid;
 }

@@ -91,7 +91,7 @@ dds::DomainParticipantQos participantQos(const std::string& name) {
   qos.name(name);
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->interfaceWhiteList.emplace_back("127.0.0.1");
-  udp->maxInitialPeersRange = 32;  // 4 by default: the fifth process would find nobody
+  udp->maxInitialPeersRange = 110;  // 4 by default: the fifth participant would find nobody
   udp->sendBufferSize = 4 << 20;
   udp->receiveBufferSize = 4 << 20;
   qos.transport().use_builtin_transports = false;

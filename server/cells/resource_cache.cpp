@@ -40,7 +40,7 @@ ResourceCache::ResourceCache(std::filesystem::path folder, Progress progress, bo
 
 std::shared_ptr<const ArmKinematics> ResourceCache::kinematics(
     const std::shared_ptr<const RobotModel>& model, int arm) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   auto& entry = kinematics_[{model.get(), arm}];
   if (!entry) entry = std::make_shared<const ArmKinematics>(*model, arm);
   return entry;
@@ -49,7 +49,7 @@ std::shared_ptr<const ArmKinematics> ResourceCache::kinematics(
 template <typename Product, typename Make>
 std::shared_ptr<const Product> ResourceCache::get(Shelf<Product>& shelf, std::uint64_t hash,
                                                   const Deadline& deadline, Make make) {
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   while (true) {
     if (const auto known = shelf.products.find(hash); known != shelf.products.end()) {
       return known->second;

@@ -5,13 +5,12 @@
 #include "core/planning/transport_problem.hpp"
 
 #include <handover/common/deadline.hpp>
+#include <handover/common/mutex.hpp>
 
-#include <condition_variable>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <set>
 #include <string>
 
@@ -55,11 +54,13 @@ class ResourceCache {
   std::filesystem::path folder_;
   Progress progress_;
   bool force_;
-  std::mutex mutex_;  // guards all below
-  std::condition_variable made_;
+  Mutex mutex_;
+  Condition made_;
+  // Shelves are guarded too; clang does not follow them into get().
   Shelf<ReachabilityMap> maps_;
   Shelf<GraspSet> grasps_;
-  std::map<std::pair<const RobotModel*, int>, std::shared_ptr<const ArmKinematics>> kinematics_;
+  std::map<std::pair<const RobotModel*, int>, std::shared_ptr<const ArmKinematics>> kinematics_
+      HANDOVER_GUARDED_BY(mutex_);
 };
 
 }  // namespace handover

@@ -32,7 +32,7 @@ ClientStream::ClientStream(const wire::Participant& participant, std::string cli
 
 ClientStream::~ClientStream() {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     stopping_ = true;
   }
   changed_.notify_all();
@@ -40,7 +40,7 @@ ClientStream::~ClientStream() {
 
 void ClientStream::publish(const PlanEvent& event) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     last_used_ = Clock::now();
     if (dropped_) return;
     if (backlog_.size() >= settings_.max_backlog) {
@@ -54,15 +54,17 @@ void ClientStream::publish(const PlanEvent& event) {
 }
 
 bool ClientStream::idle() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return backlog_.empty() && instances_ == 0 && Clock::now() - last_used_ > settings_.retention;
 }
 
 void ClientStream::flush(Clock::time_point until) {
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   flush_wanted_ = true;
   changed_.notify_all();
-  changed_.wait_until(lock, until, [this] { return !flush_wanted_ || dropped_ || stopping_; });
+  changed_.wait_until(lock, until, [this]() HANDOVER_REQUIRES(mutex_) {
+    return !flush_wanted_ || dropped_ || stopping_;
+  });
 }
 
 // The stream's thread.
@@ -73,13 +75,13 @@ void ClientStream::loop() noexcept {
     run();
   } catch (const std::exception& error) {
     logger("dds")->error("client {}: {}", client_id_, error.what());
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     dropped_ = true;
     backlog_.clear();
   }
   bool drop = false;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     drop = dropped_ && !stopping_;
     instances_ = 0;
   }
@@ -95,8 +97,8 @@ void ClientStream::run() {
   while (true) {
     std::deque<PlanEvent> batch;
     {
-      std::unique_lock lock(mutex_);
-      const auto wake = [this] {
+      MutexLock lock(mutex_);
+      const auto wake = [this]() HANDOVER_REQUIRES(mutex_) {
         return stopping_ || dropped_ || flush_wanted_ || !backlog_.empty();
       };
       if (flush_wanted_ && backlog_.empty()) {
@@ -118,7 +120,7 @@ void ClientStream::run() {
     }
     for (const PlanEvent& event : batch) {
       if (send(writer, event)) continue;
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       dropped_ = true;
       return;
     }
@@ -132,7 +134,7 @@ bool ClientStream::send(wire::Writer<msg::PlanEvent>& writer, const PlanEvent& e
       writer.waitForAcknowledgments(1s);  // what is forgotten is not sent again
       forget(writer, Clock::time_point::max());
     }
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ++instances_;
   }
   // One try blocks for the writer's blocking time; the client's lease is longer than that.
@@ -146,7 +148,7 @@ bool ClientStream::send(wire::Writer<msg::PlanEvent>& writer, const PlanEvent& e
       return true;
     }
     if (result == wire::WriteResult::kError) return false;
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (stopping_) return false;
   }
   return false;
@@ -160,7 +162,7 @@ void ClientStream::forget(wire::Writer<msg::PlanEvent>& writer, Clock::time_poin
                                      : now - answered_.front().at >= settings_.retention)) {
     writer.unregister(keyOnly(answered_.front().id));
     answered_.pop_front();
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     --instances_;
   }
 }

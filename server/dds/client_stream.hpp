@@ -5,13 +5,12 @@
 
 #include "wire/entities.hpp"
 
+#include <handover/common/mutex.hpp>
 #include <handover/common/plan_event.hpp>
 
 #include <chrono>
-#include <condition_variable>
 #include <deque>
 #include <functional>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -59,13 +58,15 @@ class ClientStream {
   const std::function<void()> on_drop_;
   std::deque<Answered> answered_;  // of the thread alone: disposed, not yet unregistered
 
-  mutable std::mutex mutex_;  // guards all below but the thread
-  std::condition_variable changed_;
-  std::deque<PlanEvent> backlog_;
-  bool stopping_ = false, dropped_ = false;
-  bool flush_wanted_ = false;  // until the client has acknowledged everything
-  std::size_t instances_ = 0;
-  Clock::time_point last_used_ = Clock::now();
+  mutable Mutex mutex_;
+  Condition changed_;
+  std::deque<PlanEvent> backlog_ HANDOVER_GUARDED_BY(mutex_);
+  bool stopping_ HANDOVER_GUARDED_BY(mutex_) = false;
+  bool dropped_ HANDOVER_GUARDED_BY(mutex_) = false;
+  /// Until the client has acknowledged everything.
+  bool flush_wanted_ HANDOVER_GUARDED_BY(mutex_) = false;
+  std::size_t instances_ HANDOVER_GUARDED_BY(mutex_) = 0;
+  Clock::time_point last_used_ HANDOVER_GUARDED_BY(mutex_) = Clock::now();
 
   std::jthread thread_;
 };

@@ -7,10 +7,10 @@
 #include "wire/known_daemons.hpp"
 
 #include <handover/common/log.hpp>
+#include <handover/common/mutex.hpp>
 
 #include <algorithm>
 #include <map>
-#include <mutex>
 #include <set>
 
 namespace handover {
@@ -35,17 +35,18 @@ struct DdsEndpoint::Impl {
 
   const DdsEndpointSettings settings;
 
-  mutable std::mutex mutex;  // guards all below but the entities
-  std::map<std::string, std::unique_ptr<ClientStream>> clients;
-  std::map<std::string, std::set<RequestId>> requests_of_client;
-  std::map<wire::Guid, std::set<RequestId>> requests_of_writer;
-  wire::KnownDaemons daemons;
-  DaemonId own_id{};
-  bool receiving = false;
-  std::uint64_t refused = 0;  ///< requests that could not be answered
+  mutable Mutex mutex;
+  std::map<std::string, std::unique_ptr<ClientStream>> clients HANDOVER_GUARDED_BY(mutex);
+  std::map<std::string, std::set<RequestId>> requests_of_client HANDOVER_GUARDED_BY(mutex);
+  std::map<wire::Guid, std::set<RequestId>> requests_of_writer HANDOVER_GUARDED_BY(mutex);
+  wire::KnownDaemons daemons HANDOVER_GUARDED_BY(mutex);
+  DaemonId own_id HANDOVER_GUARDED_BY(mutex){};
+  bool receiving HANDOVER_GUARDED_BY(mutex) = false;
+  /// Requests that could not be answered.
+  std::uint64_t refused HANDOVER_GUARDED_BY(mutex) = 0;
 
-  std::mutex delivering;  // held while the handler runs; guards handler
-  RequestHandler* handler = nullptr;
+  Mutex delivering;  // held while the handler runs
+  RequestHandler* handler HANDOVER_GUARDED_BY(delivering) = nullptr;
 
   // Last: their callbacks use all above.
   wire::Participant participant;
@@ -56,12 +57,12 @@ struct DdsEndpoint::Impl {
 
   template <typename Call>
   void deliver(Call call) {
-    const std::lock_guard lock(delivering);
+    const MutexLock lock(delivering);
     if (handler != nullptr) call(*handler);
   }
 
-  /// The client's stream, made if need be; null when there are too many. With `mutex` held.
-  ClientStream* stream(const std::string& client_id) {
+  /// The client's stream, made if need be; null when there are too many.
+  ClientStream* stream(const std::string& client_id) HANDOVER_REQUIRES(mutex) {
     auto found = clients.find(client_id);
     if (found != clients.end()) return found->second.get();
     if (clients.size() >= settings.max_clients) return nullptr;
@@ -74,7 +75,7 @@ struct DdsEndpoint::Impl {
   void cancelAll(const std::string& client_id) {
     std::set<RequestId> ids;
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       ids.swap(requests_of_client[client_id]);
     }
     for (const RequestId& id : ids) {
@@ -85,7 +86,7 @@ struct DdsEndpoint::Impl {
   /// A client's request writer carries its id: its events writer is there before the first request.
   void onWriter(const wire::RemoteWriter& writer) {
     if (writer.topic != wire::kRequestTopic || !validClientId(writer.user_data)) return;
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     if (receiving) stream(writer.user_data);
   }
 
@@ -96,7 +97,7 @@ struct DdsEndpoint::Impl {
       // another key.
       bool own = false;
       {
-        const std::lock_guard lock(mutex);
+        const MutexLock lock(mutex);
         const auto found = requests_of_writer.find(sample.writer);
         own = found != requests_of_writer.end() && found->second.contains(id);
       }
@@ -109,12 +110,12 @@ struct DdsEndpoint::Impl {
     const auto decoded = wire::decode(*sample.message);
     if (!answerable(client_id)) {
       logger("dds")->warn("request {}: its client id cannot be answered", id.hex());
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       ++refused;
       return;
     }
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       if (stream(client_id) == nullptr) {
         logger("dds")->warn("request {} of {}: more than {} clients", id.hex(), client_id,
                             settings.max_clients);
@@ -137,7 +138,7 @@ struct DdsEndpoint::Impl {
     if (match.gained) return;
     std::set<RequestId> ids;
     {
-      const std::lock_guard lock(mutex);
+      const MutexLock lock(mutex);
       const auto found = requests_of_writer.find(match.peer);
       if (found == requests_of_writer.end()) return;
       ids.swap(found->second);
@@ -149,18 +150,18 @@ struct DdsEndpoint::Impl {
   }
 
   void onStatus(const wire::Sample<msg::DaemonStatus>& sample) {
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     daemons.take(sample);
   }
 
   void onStatusMatch(const wire::Match& match) {
     if (match.gained) return;
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     daemons.lose(match.peer);
   }
 
-  /// Forgets a request whose outcome is on its way, and clients that are idle. With `mutex` held.
-  void answered(const std::string& client_id, const RequestId& id) {
+  /// Forgets a request whose outcome is on its way, and clients that are idle.
+  void answered(const std::string& client_id, const RequestId& id) HANDOVER_REQUIRES(mutex) {
     const auto of_client = requests_of_client.find(client_id);
     if (of_client != requests_of_client.end()) {
       of_client->second.erase(id);
@@ -174,7 +175,7 @@ struct DdsEndpoint::Impl {
 
   void reapClients() {
     std::vector<std::unique_ptr<ClientStream>> idle;  // joined without the lock
-    const std::lock_guard lock(mutex);
+    const MutexLock lock(mutex);
     for (auto it = clients.begin(); it != clients.end();) {
       if (!requests_of_client.contains(it->first) && it->second->idle()) {
         idle.push_back(std::move(it->second));
@@ -202,7 +203,7 @@ DdsEndpoint::~DdsEndpoint() {
   // Streams are joined without the lock: their threads may be in a callback that takes it.
   std::map<std::string, std::unique_ptr<ClientStream>> clients;
   {
-    const std::lock_guard lock(impl_->mutex);
+    const MutexLock lock(impl_->mutex);
     clients.swap(impl_->clients);
   }
 }
@@ -210,11 +211,11 @@ DdsEndpoint::~DdsEndpoint() {
 void DdsEndpoint::open(RequestHandler& handler) {
   Impl& impl = *impl_;
   {
-    const std::lock_guard lock(impl.delivering);
+    const MutexLock lock(impl.delivering);
     impl.handler = &handler;
   }
   {
-    const std::lock_guard lock(impl.mutex);
+    const MutexLock lock(impl.mutex);
     impl.receiving = true;
   }
   impl.cancel_reader.emplace(impl.participant, wire::EntityOptions{},
@@ -234,17 +235,17 @@ void DdsEndpoint::open(RequestHandler& handler) {
 
 void DdsEndpoint::stopReceiving() {
   {
-    const std::lock_guard lock(impl_->delivering);
+    const MutexLock lock(impl_->delivering);
     impl_->handler = nullptr;
   }
   {
-    const std::lock_guard lock(impl_->mutex);
+    const MutexLock lock(impl_->mutex);
     impl_->receiving = false;
   }
 }
 
 void DdsEndpoint::publish(const std::string& client_id, const PlanEvent& event) {
-  const std::lock_guard lock(impl_->mutex);
+  const MutexLock lock(impl_->mutex);
   ClientStream* stream = impl_->stream(client_id);
   if (stream == nullptr) return;
   stream->publish(event);
@@ -254,7 +255,7 @@ void DdsEndpoint::publish(const std::string& client_id, const PlanEvent& event) 
 void DdsEndpoint::publishStatus(const DaemonStatus& status) {
   DaemonStatus counted = status;
   {
-    const std::lock_guard lock(impl_->mutex);
+    const MutexLock lock(impl_->mutex);
     impl_->own_id = status.id;
     counted.clients = static_cast<std::uint32_t>(impl_->clients.size());
     counted.refused = impl_->refused;
@@ -266,9 +267,10 @@ void DdsEndpoint::publishStatus(const DaemonStatus& status) {
 }
 
 std::vector<DaemonStatus> DdsEndpoint::others() const {
-  const std::lock_guard lock(impl_->mutex);
+  const MutexLock lock(impl_->mutex);
   std::vector<DaemonStatus> others = impl_->daemons.all();
-  std::erase_if(others, [&](const DaemonStatus& daemon) { return daemon.id == impl_->own_id; });
+  const DaemonId own = impl_->own_id;
+  std::erase_if(others, [&](const DaemonStatus& daemon) { return daemon.id == own; });
   return others;
 }
 
@@ -276,7 +278,7 @@ void DdsEndpoint::flush(std::chrono::milliseconds most) {
   const auto until = std::chrono::steady_clock::now() + most;
   std::vector<ClientStream*> streams;  // only publishStatus() and the destructor end streams
   {
-    const std::lock_guard lock(impl_->mutex);
+    const MutexLock lock(impl_->mutex);
     for (const auto& [id, stream] : impl_->clients) streams.push_back(stream.get());
   }
   for (ClientStream* stream : streams) stream->flush(until);

@@ -4,55 +4,55 @@
 namespace handover {
 
 void MemoryEndpoint::open(RequestHandler& handler) {
-  const std::lock_guard lock(delivering_);
+  const MutexLock lock(delivering_);
   handler_ = &handler;
 }
 
 void MemoryEndpoint::stopReceiving() {
-  const std::lock_guard lock(delivering_);
+  const MutexLock lock(delivering_);
   handler_ = nullptr;
 }
 
 void MemoryEndpoint::publish(const std::string&, const PlanEvent& event) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   events_[event.request_id].push_back(event);
   changed_.notify_all();
 }
 
 void MemoryEndpoint::publishStatus(const DaemonStatus& status) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   status_ = status;
   changed_.notify_all();
 }
 
 std::vector<DaemonStatus> MemoryEndpoint::others() const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   return others_;
 }
 
 void MemoryEndpoint::send(const PlanRequest& request) {
-  const std::lock_guard lock(delivering_);
+  const MutexLock lock(delivering_);
   if (handler_ != nullptr) handler_->onRequest(request);
 }
 
 void MemoryEndpoint::sendInvalid(const RequestId& id, const std::string& client_id,
                                  const std::vector<Fault>& faults) {
-  const std::lock_guard lock(delivering_);
+  const MutexLock lock(delivering_);
   if (handler_ != nullptr) handler_->onInvalidRequest(id, client_id, faults);
 }
 
 void MemoryEndpoint::cancel(const RequestId& id, CancelCause cause) {
-  const std::lock_guard lock(delivering_);
+  const MutexLock lock(delivering_);
   if (handler_ != nullptr) handler_->onCancel(id, cause);
 }
 
 void MemoryEndpoint::announceOther(const DaemonStatus& status) {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   others_.push_back(status);
 }
 
 std::vector<PlanEvent> MemoryEndpoint::events(const RequestId& id) const {
-  const std::lock_guard lock(mutex_);
+  const MutexLock lock(mutex_);
   const auto found = events_.find(id);
   return found == events_.end() ? std::vector<PlanEvent>{} : found->second;
 }
@@ -60,9 +60,9 @@ std::vector<PlanEvent> MemoryEndpoint::events(const RequestId& id) const {
 std::optional<std::vector<PlanEvent>> MemoryEndpoint::waitFor(
     const RequestId& id, const std::function<bool(const std::vector<PlanEvent>&)>& condition,
     std::chrono::milliseconds most) const {
-  std::unique_lock lock(mutex_);
+  MutexLock lock(mutex_);
   std::vector<PlanEvent> seen;
-  const bool met = changed_.wait_for(lock, most, [&] {
+  const bool met = changed_.wait_for(lock, most, [&]() HANDOVER_REQUIRES(mutex_) {
     const auto found = events_.find(id);
     if (found != events_.end()) seen = found->second;
     return condition(seen);
@@ -82,8 +82,9 @@ std::optional<Outcome> MemoryEndpoint::outcome(const RequestId& id) const {
 
 bool MemoryEndpoint::waitForStatus(const std::function<bool(const DaemonStatus&)>& condition,
                                    std::chrono::milliseconds most) const {
-  std::unique_lock lock(mutex_);
-  return changed_.wait_for(lock, most, [&] { return status_ && condition(*status_); });
+  MutexLock lock(mutex_);
+  return changed_.wait_for(
+      lock, most, [&]() HANDOVER_REQUIRES(mutex_) { return status_ && condition(*status_); });
 }
 
 }  // namespace handover

@@ -4,10 +4,10 @@
 
 #include "runtime/endpoint.hpp"
 
-#include <condition_variable>
+#include <handover/common/mutex.hpp>
+
 #include <functional>
 #include <map>
-#include <mutex>
 #include <optional>
 
 namespace handover {
@@ -43,13 +43,13 @@ class MemoryEndpoint : public Endpoint {
                      std::chrono::milliseconds most = std::chrono::seconds(20)) const;
 
  private:
-  mutable std::mutex mutex_;  // guards all below but handler calls
-  mutable std::condition_variable changed_;
-  std::mutex delivering_;  // held while the handler runs; guards handler_
-  RequestHandler* handler_ = nullptr;
-  std::map<RequestId, std::vector<PlanEvent>> events_;
-  std::vector<DaemonStatus> others_;
-  std::optional<DaemonStatus> status_;
+  mutable Mutex mutex_;
+  mutable Condition changed_;
+  Mutex delivering_;  // held while the handler runs
+  RequestHandler* handler_ HANDOVER_GUARDED_BY(delivering_) = nullptr;
+  std::map<RequestId, std::vector<PlanEvent>> events_ HANDOVER_GUARDED_BY(mutex_);
+  std::vector<DaemonStatus> others_ HANDOVER_GUARDED_BY(mutex_);
+  std::optional<DaemonStatus> status_ HANDOVER_GUARDED_BY(mutex_);
 };
 
 }  // namespace handover

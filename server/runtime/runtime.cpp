@@ -116,7 +116,7 @@ void Runtime::stop() {
   endpoint_.stopReceiving();
   std::deque<StreamPtr> queued;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (stopping_) return;
     stopping_ = true;
     queued.swap(queue_);
@@ -148,7 +148,7 @@ Runtime::CellRoute Runtime::route(const std::string& cell, CellInfo& info) const
 
 bool Runtime::firstTime(const PlanRequest& request) {
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (known_.insert(request.id).second) return true;
     if (std::find(answered_.begin(), answered_.end(), request.id) == answered_.end()) return false;
     ++counters_.rejected;
@@ -174,7 +174,7 @@ void Runtime::onRequest(const PlanRequest& request) {
   std::uint32_t ahead = 0;
   bool full = false;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     full = queue_.size() >= settings_.queue_capacity;
     ahead = static_cast<std::uint32_t>(queue_.size()) + running_;
     if (!full) {
@@ -197,7 +197,7 @@ void Runtime::onRequest(const PlanRequest& request) {
   stream->emit(std::move(accepted));
   {
     // Only this thread adds to the queue, so there is still room.
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     queue_.push_back(stream);
     changed_ = true;
   }
@@ -217,7 +217,7 @@ void Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id
 void Runtime::onCancel(const RequestId& id, CancelCause cause) {
   StreamPtr queued;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     const auto found = open_.find(id);
     if (found == open_.end()) return;
     found->second->cancel(cause);
@@ -242,7 +242,7 @@ void Runtime::finish(const StreamPtr& stream, Outcome outcome) {
   }
   {
     // Counted before it is sent: who has the outcome may ask for the counters.
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (std::holds_alternative<Done>(outcome)) ++counters_.done;
     if (std::holds_alternative<Failed>(outcome)) ++counters_.failed;
     if (std::holds_alternative<Cancelled>(outcome)) ++counters_.cancelled;
@@ -282,7 +282,7 @@ Outcome Runtime::answer(Stream& stream) {
       break;
   }
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     if (!prepare_failure_.empty()) {
       return failed(FailureReason::kInternal, "prepare", prepare_failure_);
     }
@@ -302,7 +302,7 @@ Outcome Runtime::answer(Stream& stream) {
 void Runtime::expireQueued() {
   std::vector<StreamPtr> late;
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     for (auto it = queue_.begin(); it != queue_.end();) {
       if ((*it)->deadline.over()) {
         late.push_back(*it);
@@ -324,7 +324,7 @@ void Runtime::publishStatus() {
   status.cells = service_.cells();
   status.memory_bytes = residentBytes();
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     changed_ = false;
     status.state = stopping_ ? DaemonState::kStopping
                    : ready_  ? DaemonState::kReady
@@ -351,7 +351,7 @@ void Runtime::prepareLoop() noexcept {
   const bool stopped = preparing_.over();
   if (!failure.empty() && !stopped) logger("runtime")->error("preparing failed: {}", failure);
   {
-    const std::lock_guard lock(mutex_);
+    const MutexLock lock(mutex_);
     ready_ = true;
     changed_ = true;
     if (!stopped && !failure.empty()) prepare_failure_ = "preparing failed: " + failure;
@@ -368,8 +368,10 @@ void Runtime::workerLoop(int index) noexcept {
   while (true) {
     StreamPtr stream;
     {
-      std::unique_lock lock(mutex_);
-      work_.wait(lock, [this] { return stopping_ || (ready_ && !queue_.empty()); });
+      MutexLock lock(mutex_);
+      work_.wait(lock, [this]() HANDOVER_REQUIRES(mutex_) {
+        return stopping_ || (ready_ && !queue_.empty());
+      });
       if (stopping_) return;  // stop() answers what is queued
       stream = queue_.front();
       queue_.pop_front();
@@ -379,7 +381,7 @@ void Runtime::workerLoop(int index) noexcept {
     report_.notify_one();
     Outcome outcome = answer(*stream);
     {
-      const std::lock_guard lock(mutex_);
+      const MutexLock lock(mutex_);
       --running_;
     }
     finish(stream, std::move(outcome));
@@ -391,15 +393,16 @@ void Runtime::statusLoop() noexcept {
   while (true) {
     expireQueued();
     publishStatus();
-    std::unique_lock lock(mutex_);
+    MutexLock lock(mutex_);
     if (stopping_) return;
     // At most 20 reports a second, at least one; queued deadlines in time.
-    report_.wait_for(lock, 50ms, [this] { return stopping_; });
+    report_.wait_for(lock, 50ms, [this]() HANDOVER_REQUIRES(mutex_) { return stopping_; });
     auto until = Clock::now() + 950ms;
     for (const auto& stream : queue_) {
       if (stream->deadline_at) until = std::min(until, *stream->deadline_at);
     }
-    report_.wait_until(lock, until, [this] { return stopping_ || changed_; });
+    report_.wait_until(lock, until,
+                       [this]() HANDOVER_REQUIRES(mutex_) { return stopping_ || changed_; });
   }
 }
 

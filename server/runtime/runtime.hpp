@@ -7,13 +7,12 @@
 #include "runtime/plan_service.hpp"
 
 #include <handover/common/deadline.hpp>
+#include <handover/common/mutex.hpp>
 
-#include <condition_variable>
 #include <deque>
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <set>
 #include <string>
 #include <thread>
@@ -78,17 +77,19 @@ class Runtime : public RequestHandler {
   const RuntimeSettings settings_;
   const Deadline preparing_;  ///< cancelled at stop
 
-  mutable std::mutex mutex_;        // guards all below but the threads
-  std::condition_variable work_;    // queue_, ready_, stopping_ changed
-  std::condition_variable report_;  // something to report, a new deadline, or stopping
-  std::deque<StreamPtr> queue_;
-  std::map<RequestId, StreamPtr> open_;
-  std::set<RequestId> known_;       // being answered and remembered
-  std::deque<RequestId> answered_;  // remembered, oldest first
-  OutcomeCounters counters_;
-  std::uint32_t running_ = 0;
-  bool ready_ = false, stopping_ = false, changed_ = true;
-  std::string prepare_failure_;
+  mutable Mutex mutex_;
+  Condition work_;    // queue_, ready_, stopping_ changed
+  Condition report_;  // something to report, a new deadline, or stopping
+  std::deque<StreamPtr> queue_ HANDOVER_GUARDED_BY(mutex_);
+  std::map<RequestId, StreamPtr> open_ HANDOVER_GUARDED_BY(mutex_);
+  std::set<RequestId> known_ HANDOVER_GUARDED_BY(mutex_);       // being answered and remembered
+  std::deque<RequestId> answered_ HANDOVER_GUARDED_BY(mutex_);  // remembered, oldest first
+  OutcomeCounters counters_ HANDOVER_GUARDED_BY(mutex_);
+  std::uint32_t running_ HANDOVER_GUARDED_BY(mutex_) = 0;
+  bool ready_ HANDOVER_GUARDED_BY(mutex_) = false;
+  bool stopping_ HANDOVER_GUARDED_BY(mutex_) = false;
+  bool changed_ HANDOVER_GUARDED_BY(mutex_) = true;
+  std::string prepare_failure_ HANDOVER_GUARDED_BY(mutex_);
 
   std::vector<std::jthread> threads_;
 };

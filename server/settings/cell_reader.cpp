@@ -315,6 +315,7 @@ TaskDescription readTask(const std::string& name, const YamlValue& value) {
   if (!map) return task;
   task.object = requiredName(*map, "object");
   task.chain = readChain(*map, value);
+  task.giver_and_receiver = map->find("chain") == nullptr;
   if (const YamlValue* start = map->find("start")) readStart(*start, task);
   task.start_rest = readRest(*map, "start_rest");
   if (const YamlValue* goal = map->require("goal")) task.goal = readFramedPose(*goal);

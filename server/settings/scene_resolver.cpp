@@ -335,10 +335,12 @@ class SceneResolver {
     task.name = description.name;
     task.object = description.object;
     task.end = description.end;
-    for (const std::string& holder : description.chain) {
-      task.chain.push_back(holderNamed(holder, path + ".chain"));
+    for (std::size_t i = 0; i < description.chain.size(); ++i) {
+      const char* key = i == 0 ? ".giver" : ".receiver";
+      task.chain.push_back(holderNamed(
+          description.chain[i], path + (description.giver_and_receiver ? key : ".chain")));
     }
-    checkChain(task, path);
+    checkChain(task, path + (description.giver_and_receiver ? ".receiver" : ".chain"));
     const int object = objectNamed(description.object, path + ".object");
     if (object < 0) return;
     if (scene().objects[static_cast<std::size_t>(object)].attached_to) {

@@ -61,7 +61,7 @@ TEST_P(MisplacedInclude, IsRefused) {
 
 const std::vector<Misplaced>& misplaced() {
   static const std::vector<Misplaced> all{
-      {"LaterCoreModule", "server/core/kinematics/a.cpp", "\"core/handover/thing.hpp\"",
+      {"LaterCoreModule", "server/core/kinematics/a.cpp", "\"core/planning/thing.hpp\"",
        Rule::kLayer},
       {"NextCoreModule", "server/core/collision/a.hpp", "\"core/reachability/thing.hpp\"",
        Rule::kLayer},
@@ -74,7 +74,7 @@ const std::vector<Misplaced>& misplaced() {
       {"RuntimeInCore", "server/core/planning/a.cpp", "\"runtime/thing.hpp\"", Rule::kLayer},
       {"WireInCore", "server/core/motion/a.cpp", "\"wire/thing.hpp\"", Rule::kLayer},
       {"ClientInCore", "server/core/motion/a.cpp", "<handover/client/thing.hpp>", Rule::kLayer},
-      {"CoreInVerifier", "client/verify/rules.cpp", "\"../../server/core/handover/thing.hpp\"",
+      {"CoreInVerifier", "client/verify/rules.cpp", "\"../../server/core/planning/thing.hpp\"",
        Rule::kLayer},
       {"CommonInVerifier", "client/verify/rules.cpp", "<handover/common/thing.hpp>", Rule::kLayer},
       {"ClientInVerifier", "client/verify/rules.cpp", "<handover/client/thing.hpp>", Rule::kLayer},
@@ -97,7 +97,7 @@ const std::vector<Misplaced>& misplaced() {
       {"Qhull", "server/core/model/a.cpp", "<libqhull_r/libqhull_r.h>", Rule::kLibrary},
       {"QhullInHeader", "server/core/decomposition/a.hpp", "<libqhull_r/qhull_ra.h>",
        Rule::kHeader},
-      {"OMPL", "server/core/handover/a.cpp", "<ompl/base/Goal.h>", Rule::kLibrary},
+      {"OMPL", "server/core/planning/a.cpp", "<ompl/base/Goal.h>", Rule::kLibrary},
       {"OMPLInHeader", "server/core/motion/a.hpp", "<ompl/base/Goal.h>", Rule::kHeader},
       {"urdfdom", "server/settings/a.cpp", "<urdf_parser/urdf_parser.h>", Rule::kLibrary},
       {"urdfdomConsole", "client/view/a.cpp", "<console_bridge/console.h>", Rule::kLibrary},

@@ -12,8 +12,9 @@ namespace {
 
 constexpr double kClear = 0.003;  // [m]
 constexpr double kNeighbourhood =
-    0.20;                          // [m], of the shoulders' midpoint: what the claims speak of
-constexpr double kLattice = 0.05;  // [m]
+    0.20;                            // [m], of the shoulders' midpoint: what the claims speak of
+constexpr double kLattice = 0.05;    // [m]
+constexpr double kLowered = 0.0017;  // [m], below what the planner and the contract ask for
 constexpr int kTurns = 8;
 constexpr double kOffLimits = 0.02;      // of a joint's range
 constexpr int kFine = 90, kCoarse = 12;  // swivel angles, places of a slide
@@ -27,6 +28,11 @@ std::string text(const ArmVector& q) {
   std::ostringstream out;
   out << "(" << q.transpose() << ")";
   return out.str();
+}
+
+/// What the box stands on; nothing where it hangs.
+std::vector<std::string> namesOf(const TaskRest& rest) {
+  return rest.objects.value_or(std::vector<std::string>());
 }
 
 std::string text(const Pose& X) {
@@ -74,6 +80,15 @@ BruteForce::State BruteForce::startState() const {
   State state;
   for (const SceneRobot& robot : scene_.robots) state.q.push_back(robot.q_start);
   state.X_WO = task_.X_WO_start;
+  state.rest = namesOf(task_.start_rest);
+  return state;
+}
+
+BruteForce::State BruteForce::goalState() const {
+  State state = startState();
+  state.X_WO = task_.X_WO_goal;
+  state.rest.clear();
+  if (task_.end == TransportEnd::kRelease) state.rest = namesOf(task_.goal_rest);
   return state;
 }
 
@@ -97,26 +112,34 @@ std::vector<BruteForce::Hold> BruteForce::holds(Side side, const Pose& X_WO, int
   return found;
 }
 
-bool BruteForce::freeOpenAndClosed(State state, Side side, const Hold& hold) const {
-  const Grasp& g = grasp(side, hold.grasp);
-  put(state, side, hold.q, g.open[0]);
-  if (tight(state)) return false;
-  put(state, side, hold.q, g.closed[0]);
+bool BruteForce::freeOpenAndClosed(const State& state, Side side, const Hold& hold) const {
+  State open = state;
+  put(open, side, hold.q, grasp(side, hold.grasp).open[0]);
+  return !tight(open) && freeClosed(state, side, hold);
+}
+
+bool BruteForce::freeClosed(State state, Side side, const Hold& hold) const {
+  put(state, side, hold.q, grasp(side, hold.grasp).closed[0]);
   (side == kGiver ? state.touch_giver : state.touch_receiver) = true;
   return !tight(state);
 }
 
-std::vector<BruteForce::Hold> BruteForce::freeHolds(Side side, const Pose& X_WO,
-                                                    const std::vector<std::string>& rest,
+std::vector<BruteForce::Hold> BruteForce::freeHolds(Side side, const State& state, bool opens,
                                                     int steps) const {
-  State state = startState();
-  state.X_WO = X_WO;
-  state.rest = rest;
   std::vector<Hold> found;
-  for (const Hold& hold : holds(side, X_WO, steps)) {
-    if (freeOpenAndClosed(state, side, hold)) found.push_back(hold);
+  for (const Hold& hold : holds(side, state.X_WO, steps)) {
+    const bool free = opens ? freeOpenAndClosed(state, side, hold) : freeClosed(state, side, hold);
+    if (free) found.push_back(hold);
   }
   return found;
+}
+
+std::vector<BruteForce::Hold> BruteForce::freePicks() const {
+  return freeHolds(kGiver, startState(), true, kFine);
+}
+
+std::vector<BruteForce::Hold> BruteForce::freePlaces() const {
+  return freeHolds(kReceiver, goalState(), task_.end == TransportEnd::kRelease, kFine);
 }
 
 bool BruteForce::mayTouch(const State& state, const Body& a, const Body& b) const {
@@ -178,6 +201,7 @@ bool BruteForce::exchangeIsFree(const Pose& X_WH, const Hold& give, const Hold& 
   const Grasp& r = grasp(kReceiver, receive.grasp);
   State state = startState();
   state.X_WO = X_WH;
+  state.rest.clear();
   // The receiver comes with its hand open and closes it; the giver opens its own.
   state.touch_giver = true;
   put(state, kGiver, give.q, g.closed[0]);
@@ -192,8 +216,8 @@ bool BruteForce::exchangeIsFree(const Pose& X_WH, const Hold& give, const Hold& 
 }
 
 std::optional<std::string> BruteForce::handoverWithin(double radius) const {
-  const auto picks = freeHolds(kGiver, task_.X_WO_start, restOfStart(), kFine);
-  const auto places = freeHolds(kReceiver, task_.X_WO_goal, task_.goal_rest, kFine);
+  const auto picks = freePicks();
+  const auto places = freePlaces();
   std::set<int> pickable, placeable;
   for (const Hold& hold : picks) pickable.insert(hold.grasp);
   for (const Hold& hold : places) placeable.insert(hold.grasp);
@@ -227,6 +251,7 @@ std::optional<std::string> BruteForce::handoverWithin(double radius) const {
         const Pose X_WH = X_WT * grasp(kReceiver, g_r).X_OT.inverse();
         State alone = startState();
         alone.X_WO = X_WH;
+        alone.rest.clear();
         for (const ArmVector& q_r : small(kReceiver).configurations(X_BrW * X_WT, kCoarse)) {
           if (!offLimits(kReceiver, q_r)) continue;
           const Hold receive{g_r, q_r};
@@ -249,8 +274,16 @@ std::optional<std::string> BruteForce::handoverWithin(double radius) const {
   return std::nullopt;
 }
 
-std::vector<std::string> BruteForce::restOfStart() const {
-  return scene_.objects[static_cast<std::size_t>(scene_.findObject(task_.object))].resting;
+bool BruteForce::restsWhenLowered(const State& state) const {
+  const auto box = std::find_if(bodies_.begin(), bodies_.end(),
+                                [&](const Body& body) { return body.name == task_.object; });
+  const Pose X_WO = Eigen::Translation3d(0, 0, -kLowered) * state.X_WO;
+  for (const Body& body : bodies_) {
+    if (!contains(state.rest, body.name)) continue;
+    const Pose& X_WX = scene_.objects[static_cast<std::size_t>(body.object)].X_WO;
+    if (fclDistance(box->shapes.front(), X_WO, body.shapes.front(), X_WX).low <= 0) return true;
+  }
+  return false;
 }
 
 std::optional<std::string> BruteForce::against(FailureReason claim) const {
@@ -258,28 +291,32 @@ std::optional<std::string> BruteForce::against(FailureReason claim) const {
     if (found.empty()) return std::nullopt;
     return "grasp " + std::to_string(found.front().grasp) + " by " + text(found.front().q);
   };
-  State state = startState();
   switch (claim) {
     case FailureReason::kStartUnreachable:
       return first(holds(kGiver, task_.X_WO_start, kFine));
     case FailureReason::kGoalUnreachable:
       return first(holds(kReceiver, task_.X_WO_goal, kFine));
     case FailureReason::kNoGraspAtStart:
-      return first(freeHolds(kGiver, task_.X_WO_start, restOfStart(), kFine));
+      return first(freePicks());
     case FailureReason::kNoGraspAtGoal:
-      return first(freeHolds(kReceiver, task_.X_WO_goal, task_.goal_rest, kFine));
+      return first(freePlaces());
     case FailureReason::kNoCommonWorkspace:
     case FailureReason::kNoHandoverPose:
       return handoverWithin(kNeighbourhood);
     case FailureReason::kStartInCollision:
-      state.rest = restOfStart();
-      if (!tight(state)) return "nothing is nearer than 3 mm at the start";
+      if (!tight(startState())) return "nothing is nearer than 3 mm at the start";
       return std::nullopt;
     case FailureReason::kGoalInCollision:
-      // Arms can move away.
-      state.rest = task_.goal_rest;
-      state.X_WO = task_.X_WO_goal;
-      if (!tight(state, true)) return "nothing is nearer than 3 mm to the box at its goal";
+      // From a box that is held arms can move away; at the end of the others they are at home.
+      if (!tight(goalState(), task_.end == TransportEnd::kHold)) {
+        return "nothing is nearer than 3 mm to the box at its goal";
+      }
+      return std::nullopt;
+    case FailureReason::kStartUnsupported:
+      if (restsWhenLowered(startState())) return "the box rests at its start";
+      return std::nullopt;
+    case FailureReason::kGoalUnsupported:
+      if (restsWhenLowered(goalState())) return "the box rests at its goal";
       return std::nullopt;
     default:
       throw std::logic_error(std::string("no claim of impossibility: ") + toString(claim));

@@ -27,6 +27,7 @@ class BruteForce {
   ///   no_common_workspace, no_handover_pose  a lattice point near the middle of the shoulders, a
   ///                                          turn, a free grasp of each hand
   ///   start_in_collision, goal_in_collision  that nothing is nearer than 3 mm
+  ///   start_unsupported, goal_unsupported    that the box, lowered by 1.7 mm, touches its rest
   std::optional<std::string> against(FailureReason claim) const;
 
   /// A handover as above at lattice points within `radius` [m] of the middle of the shoulders.
@@ -60,13 +61,16 @@ class BruteForce {
   const SmallRobot& small(Side side) const;
   const Grasp& grasp(Side side, int index) const;
   State startState() const;
+  State goalState() const;
   void put(State& state, Side side, const ArmVector& q, double fingers) const;
   std::vector<Hold> holds(Side side, const Pose& X_WO, int steps) const;
-  std::vector<Hold> freeHolds(Side side, const Pose& X_WO, const std::vector<std::string>& rest,
-                              int steps) const;
-  bool freeOpenAndClosed(State state, Side side, const Hold& hold) const;
+  std::vector<Hold> freeHolds(Side side, const State& state, bool opens, int steps) const;
+  std::vector<Hold> freePicks() const;
+  std::vector<Hold> freePlaces() const;
+  bool freeOpenAndClosed(const State& state, Side side, const Hold& hold) const;
+  bool freeClosed(State state, Side side, const Hold& hold) const;
   bool mayTouch(const State& state, const Body& a, const Body& b) const;
-  std::vector<std::string> restOfStart() const;
+  bool restsWhenLowered(const State& state) const;
   /// The first pair nearer than 3 mm, of all or of those that no motion of an arm can part.
   std::optional<std::string> tight(const State& state, bool without_arms = false) const;
   bool offLimits(Side side, const ArmVector& q) const;

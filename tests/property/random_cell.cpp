@@ -125,13 +125,13 @@ Pose placeInReach(const SmallRobot& robot, const Pose& X_WB, const GraspSet& gra
   return useful[static_cast<std::size_t>(draw.below(static_cast<int>(useful.size())))];
 }
 
-/// A board right under a box whose edges are level; nothing else.
+/// A board under a box whose edges are level, `gap` [m] below it; nothing else.
 std::optional<SceneObject> boardUnder(const std::string& name, const std::array<double, 3>& size,
-                                      const Pose& X_WO) {
+                                      const Pose& X_WO, double gap) {
   for (int axis = 0; axis < 3; ++axis) {
     if (std::abs(std::abs(X_WO.linear()(2, axis)) - 1) > 1e-12) continue;
     const double bottom =
-        X_WO.translation().z() - 0.5 * size[static_cast<std::size_t>(axis)] - 0.01;
+        X_WO.translation().z() - 0.5 * size[static_cast<std::size_t>(axis)] - 0.01 - gap;
     return box(name, {0.16, 0.16, 0.02},
                at(X_WO.translation().x(), X_WO.translation().y(), bottom));
   }
@@ -166,7 +166,8 @@ std::ostream& operator<<(std::ostream& out, const CellDraw& draw) {
   return out << kNames[static_cast<std::size_t>(draw.giver)] << draw.giver_size << " -> "
              << kNames[static_cast<std::size_t>(draw.receiver)] << draw.receiver_size << ", "
              << draw.grasps << " grasps, " << draw.obstacles << " obstacles"
-             << (draw.far ? ", far" : "") << ", seed " << draw.seed;
+             << (draw.far ? ", far" : "") << ", seed " << draw.seed << (draw.hold ? ", hold" : "")
+             << (draw.hover ? ", hover" : "");
 }
 
 rc::Gen<CellDraw> anyCell() {
@@ -185,6 +186,8 @@ rc::Gen<CellDraw> anyCell() {
                            draw.obstacles = *rc::gen::inRange(0, 3);
                            draw.far = *rc::gen::inRange(0, 5) == 4;
                            draw.seed = *rc::gen::noShrink(rc::gen::arbitrary<std::uint32_t>());
+                           draw.hold = *rc::gen::inRange(0, 4) == 3;
+                           draw.hover = *rc::gen::inRange(0, 8) == 7;
                            return draw;
                          }));
 }
@@ -219,8 +222,8 @@ RandomCell makeCell(const SmallRobots& robots, const CellDraw& drawn) {
   SceneTask& task = cell.problem.task;
   task.name = "give";
   task.object = "box";
-  task.giver = "g";
-  task.receiver = "r";
+  task.chain = {{0, -1}, {1, -1}};
+  if (drawn.hold) task.end = TransportEnd::kHold;
   task.X_WO_start = placeInReach(*cell.giver, giver.X_WB, *grasps_g, draw);
   task.X_WO_goal = placeInReach(*cell.receiver, receiver.X_WB, *grasps_r, draw);
   if (drawn.far) {
@@ -229,21 +232,22 @@ RandomCell makeCell(const SmallRobots& robots, const CellDraw& drawn) {
         draw.between(-0.6, 0.6), flat ? 0 : draw.between(-0.6, 0.6), draw.between(-0.6, 0.6));
   }
 
-  SceneObject object = box("box", size, task.X_WO_start);
+  // It stands on a board, or hangs.
   std::vector<SceneObject> others;
-  if (draw.chance(0.5)) {
-    if (auto board = boardUnder("table", size, task.X_WO_start)) {
-      others.push_back(std::move(*board));
-      object.resting = {"table"};
+  Draw gaps(drawn.seed + 1);
+  const auto rest = [&](const std::string& name, const Pose& X_WO) -> TaskRest {
+    const double gap = drawn.hover ? gaps.between(0, 0.006) : 0;
+    if (draw.chance(0.5)) {
+      if (auto board = boardUnder(name, size, X_WO, gap)) {
+        others.push_back(std::move(*board));
+        return {false, std::vector<std::string>{name}};
+      }
     }
-  }
-  if (draw.chance(0.5)) {
-    if (auto board = boardUnder("shelf", size, task.X_WO_goal)) {
-      others.push_back(std::move(*board));
-      task.goal_rest = {"shelf"};
-    }
-  }
-  scene->objects.push_back(std::move(object));
+    return {true, std::nullopt};
+  };
+  task.start_rest = rest("table", task.X_WO_start);
+  task.goal_rest = rest("shelf", task.X_WO_goal);
+  scene->objects.push_back(box("box", size, task.X_WO_start));
   scene->objects.insert(scene->objects.end(), others.begin(), others.end());
   for (int i = 0; i < drawn.obstacles; ++i) {
     const Pose X_WO = at(draw.between(-0.8, 0.8), kPlane + (flat ? 0 : draw.between(-0.4, 0.4)),
@@ -258,8 +262,8 @@ RandomCell makeCell(const SmallRobots& robots, const CellDraw& drawn) {
   standFree(*scene, 0, *cell.giver, draw);
   standFree(*scene, 1, *cell.receiver, draw);
 
-  cell.problem.scene = scene;
-  cell.problem.collision = collisionForTask(*scene, task.object);
+  cell.problem.scene = startOf(scene, task);
+  cell.problem.collision = collisionForTask(*cell.problem.scene, task.object);
   for (const auto& [robot, grasps] :
        {std::pair(cell.giver, grasps_g), std::pair(cell.receiver, grasps_r)}) {
     RobotResources resources;

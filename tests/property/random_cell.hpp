@@ -3,7 +3,7 @@
 // handover, some have none.
 #pragma once
 
-#include "core/planning/planner.hpp"
+#include "core/planning/plan_transport.hpp"
 #include "small_robots.hpp"
 
 #include <rapidcheck.h>
@@ -20,6 +20,8 @@ struct CellDraw {
   int obstacles = 0;
   bool far = false;  ///< start or goal put somewhere, not where a tool can be
   std::uint64_t seed = 0;
+  bool hold = false;   ///< the receiver keeps the box at its goal
+  bool hover = false;  ///< boards may be lower than the box rests
 };
 
 std::ostream& operator<<(std::ostream& out, const CellDraw& draw);
@@ -29,7 +31,7 @@ rc::Gen<CellDraw> anyCell();
 struct RandomCell {
   const SmallRobot* giver = nullptr;
   const SmallRobot* receiver = nullptr;
-  HandoverProblem problem;  ///< robots: giver, receiver; one arm each
+  TransportProblem problem;  ///< robots: giver, receiver; one arm each
 };
 
 /// The same cell for the same draw.

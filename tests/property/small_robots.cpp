@@ -124,6 +124,31 @@ constexpr const char* kSrdf = R"(<?xml version="1.0"?>
 </robot>
 )";
 
+/// What follows for the verifier, in the words of a robot's file.
+constexpr const char* kYaml = R"(version: 1
+name: NAME
+urdf: NAME.urdf
+srdf: NAME.srdf
+acceleration: 1
+arms:
+  arm: {group: arm, tool_link: tool, approach_axis: [1, 0, 0], hand: gripper, acceleration: 1}
+hands:
+  gripper:
+    palm_link: palm
+    fingers: [[left]]
+    finger_links: [left_finger, right_finger]
+    open: {left: 0.045}
+    closed: {left: 0}
+    acceleration: 5
+)";
+
+std::string named(std::string text, const std::string& name) {
+  for (auto at = text.find("NAME"); at != std::string::npos; at = text.find("NAME")) {
+    text.replace(at, 4, name);
+  }
+  return text;
+}
+
 /// Turns of 2 pi added so that the angle is within the limits, if one is.
 bool intoLimits(double& angle, double lower, double upper) {
   angle = std::remainder(angle, 2 * M_PI);
@@ -267,15 +292,15 @@ SmallRobot SmallRobots::make(RobotKind kind, int which) const {
       break;
   }
   folder_.write("robots/" + name + ".urdf", urdf);
-  std::string srdf = kSrdf;
-  srdf.replace(srdf.find("NAME"), 4, name);
-  folder_.write("robots/" + name + ".srdf", srdf);
+  folder_.write("robots/" + name + ".srdf", named(kSrdf, name));
+  folder_.write("robots/" + name + ".yaml", named(kYaml, name));
 
   RobotSettings settings;
   settings.name = name;
   settings.root = folder_.path();
   settings.urdf = "robots/" + name + ".urdf";
   settings.srdf = "robots/" + name + ".srdf";
+  settings.yaml = "robots/" + name + ".yaml";
   settings.settings_file = name;
   ArmSettings arm;
   arm.name = arm.group = "arm";

@@ -110,7 +110,7 @@ TEST_F(ButlerCell, HasTheCupUpsideDownAtTheStartAndUprightOnTheTrayAtTheGoal) {
   const Eigen::Vector3d above =
       serve.X_WO_goal.translation() - poseOf(*butler.scene, "tray").translation();
   EXPECT_LT((above - Eigen::Vector3d(0, 0, 0.077)).norm(), 1e-5);
-  EXPECT_EQ(serve.goal_rest, std::vector<std::string>{"tray"});
+  EXPECT_EQ(serve.goal_rest.objects, std::vector<std::string>{"tray"});
 }
 
 TEST_F(ButlerCell, ReturnsTheCupFromTheTrayToWhereItWasServedFrom) {
@@ -118,12 +118,13 @@ TEST_F(ButlerCell, ReturnsTheCupFromTheTrayToWhereItWasServedFrom) {
   const SceneTask& serve = butler.tasks.at(0);
   const SceneTask& back = butler.tasks.at(1);
   EXPECT_EQ(back.name, "return");
-  EXPECT_EQ(back.giver, "hubo");
-  EXPECT_EQ(back.receiver, "crichton");
+  const int crichton = butler.scene->findRobot("crichton"), hubo = butler.scene->findRobot("hubo");
+  EXPECT_EQ(serve.chain, (std::vector<ChainHolder>{{crichton, -1}, {hubo, -1}}));
+  EXPECT_EQ(back.chain, (std::vector<ChainHolder>{{hubo, -1}, {crichton, -1}}));
   EXPECT_EQ(back.X_WO_start.matrix(), serve.X_WO_goal.matrix());
   EXPECT_EQ(back.X_WO_goal.matrix(), serve.X_WO_start.matrix());
   EXPECT_EQ(back.start_rest, serve.goal_rest);
-  EXPECT_EQ(back.goal_rest, std::vector<std::string>{"cart_left"});
+  EXPECT_EQ(back.goal_rest.objects, std::vector<std::string>{"cart_left"});
   const Scene start = *startOf(butler.scene, back);
   EXPECT_EQ(start.objects.at(static_cast<std::size_t>(start.findObject("cup"))).resting,
             std::vector<std::string>{"tray"});

@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <map>
 #include <numeric>
 #include <random>
 
@@ -34,17 +36,17 @@ TEST_P(RobotContacts, PairsThatAlwaysTouchAreThoseThatTheSrdfNames) {
 
 /// An arm bends as far as its joints go without its own links in the way.
 TEST_P(RobotContacts, NeighboursButOneInAnArmStayApart) {
-  const bool crichton = std::string(GetParam()) == "crichton";
-  const std::vector<std::pair<std::string, std::string>> apart =
-      crichton
-          ? std::vector<std::pair<std::string, std::string>>{{"left_L1_link", "left_L3_link"},
-                                                             {"left_L2_link", "left_L4_link"},
-                                                             {"left_L3_link", "left_L5_link"},
-                                                             {"left_L4_link", "left_L6_link"},
-                                                             {"left_L5_link", "left_L7_link"},
-                                                             {"left_L5_link", "left_palm_link"}}
-          : std::vector<std::pair<std::string, std::string>>{
-                {"Body_LSR", "Body_LEP"}, {"Body_LEP", "Body_LWP"}, {"Body_LWY", "Body_LWR"}};
+  const std::map<std::string, std::vector<std::pair<std::string, std::string>>> robots{
+      {"crichton",
+       {{"left_L1_link", "left_L3_link"},
+        {"left_L2_link", "left_L4_link"},
+        {"left_L3_link", "left_L5_link"},
+        {"left_L4_link", "left_L6_link"},
+        {"left_L5_link", "left_L7_link"},
+        {"left_L5_link", "left_palm_link"}}},
+      {"hubo", {{"Body_LSR", "Body_LEP"}, {"Body_LEP", "Body_LWP"}, {"Body_LWY", "Body_LWR"}}},
+      {"person", {{"left_UpperArm", "left_Wrist"}, {"left_Forearm", "left_Palm"}}}};
+  const auto& apart = robots.at(GetParam());
   std::size_t found = 0;
   for (const LinkPairTouch& pair : sampleSelfCollision(model_, 2000, 2)) {
     const auto name = [&](int link) { return model_.links[static_cast<std::size_t>(link)].name; };
@@ -82,9 +84,11 @@ TEST_P(RobotContacts, NoContactOnAMotionEscapesTheProof) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
   int free = 0, touching = 0;
-  const bool crichton = std::string(GetParam()) == "crichton";
-  for (const char* wrist :
-       {crichton ? "left_L7_link" : "Body_LWR", crichton ? "right_L7_link" : "Body_RWR"}) {
+  const std::map<std::string, std::array<const char*, 2>> wrists{
+      {"crichton", {"left_L7_link", "right_L7_link"}},
+      {"hubo", {"Body_LWR", "Body_RWR"}},
+      {"person", {"left_Palm", "right_Palm"}}};
+  for (const char* wrist : wrists.at(GetParam())) {
     std::vector<int> dofs;
     for (int link = model_.findLink(wrist); link > 0;) {
       const Joint& joint = model_.joints[static_cast<std::size_t>(
@@ -150,7 +154,7 @@ TEST_P(RobotContacts, NoContactOnAMotionEscapesTheProof) {
   EXPECT_GT(touching, 10);
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, RobotContacts, ::testing::Values("crichton", "hubo"));
+INSTANTIATE_TEST_SUITE_P(Robots, RobotContacts, ::testing::Values("crichton", "hubo", "person"));
 
 }  // namespace
 }  // namespace handover

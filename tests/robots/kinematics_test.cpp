@@ -45,7 +45,7 @@ TEST_P(RobotKinematics, AgreesWithKdlOnRandomPostures) {
   EXPECT_LT(worst, 1e-9);
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, RobotKinematics, ::testing::Values("crichton", "hubo"));
+INSTANTIATE_TEST_SUITE_P(Robots, RobotKinematics, ::testing::Values("crichton", "hubo", "person"));
 
 /// The LWA 4D as its maker's partner publishes it (ipa320/schunk_modular_robotics @ b2d73bd,
 /// schunk_lwa4d.urdf): another zero posture and other axes than our model's.

@@ -62,7 +62,7 @@ TEST_P(RobotSrdf, DisabledPairsNameLinksWithAReasonThatHolds) {
   EXPECT_EQ(static_cast<int>(model_.disabled_pairs.size()), pairs) << "a pair is written twice";
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, RobotSrdf, ::testing::Values("crichton", "hubo"));
+INSTANTIATE_TEST_SUITE_P(Robots, RobotSrdf, ::testing::Values("crichton", "hubo", "person"));
 
 /// Distance of a point of a link from the palm's axis when some joints are moved from a named
 /// state.

@@ -34,11 +34,11 @@ TEST_P(OtherArmsCell, NeedsBothRobotsForEveryTask) {
   const Scene& scene = *instance_.scene;
   ASSERT_EQ(instance_.tasks.size(), 2u);
   for (const SceneTask& task : instance_.tasks) {
-    for (const auto& [robot, X_WO] :
-         {std::pair(task.giver, task.X_WO_goal), std::pair(task.receiver, task.X_WO_start)}) {
-      const SceneRobot& other = robotOf(scene, robot);
+    for (const auto& [robot, X_WO] : {std::pair(task.chain.at(0).robot, task.X_WO_goal),
+                                      std::pair(task.chain.at(1).robot, task.X_WO_start)}) {
+      const SceneRobot& other = scene.robots.at(static_cast<std::size_t>(robot));
       const double reach = ArmKinematics(*other.model, 0).reach();
-      EXPECT_GT((X_WO.translation() - other.X_WB.translation()).norm(), reach + 0.1) << robot;
+      EXPECT_GT((X_WO.translation() - other.X_WB.translation()).norm(), reach + 0.1) << other.name;
     }
   }
 }

@@ -42,30 +42,36 @@ class Butler : public ServedCells {
     return run(ctl("plan --cell butler --output " + file(output) + " " + more), {}, 240s);
   }
 
-  /// The text of the file's `plan` member, as it stands in the file.
+  /// The text of the file's members `scene` and `plan`, as it stands in the file.
   std::string planText(const std::string& name) const { return planMember(textOf(file(name))); }
 };
 
 TEST_F(Butler, PlanIsCompleteAndVerified) {
   serve(1);
-  const Finished planned = plan("p.json", "--dump-state receiver_place " + file("placed.obj"));
+  std::vector<std::string> command = ctl("plan --cell butler --output " + file("p.json"));
+  command.insert(command.end(), {"--dump-state", "hubo/left place", file("placed.obj")});
+  const Finished planned = run(command, {}, 240s);
   ASSERT_EQ(planned.status, 0) << planned.out << planned.err;
   const auto document = nlohmann::json::parse(textOf(file("p.json")));
-  EXPECT_EQ(document["format"], "handover-plan/1");
+  EXPECT_EQ(document["format"], "handover-plan/2");
   EXPECT_EQ(document["complete"], true);
-  EXPECT_EQ(document["plan"]["stages"].size(), 14u);
-  EXPECT_EQ(document["plan"]["receiver_arm"], "left");
+  EXPECT_EQ(document["plan"]["stages"].size(), 16u);
+  ASSERT_EQ(document["plan"]["holders"].size(), 2u);
+  EXPECT_EQ(document["plan"]["handovers"].size(), 1u);
+  EXPECT_EQ(document["plan"]["holders"][0]["robot"], "crichton");
+  EXPECT_EQ(document["plan"]["holders"][1]["robot"], "hubo");
+  EXPECT_EQ(document["plan"]["holders"][1]["arm"], "left");
   expectValid("p.json");
-  // The receiver reaches while the giver carries, and the file says what that is worth.
-  double end = 0, sum = 0, reach = 0, transfer = 0;
+  // The receiver reaches while the giver carries, and we are told what that is worth.
+  double end = 0, sum = 0, reach = 0, carried = 0;
   for (const auto& stage : document["plan"]["stages"]) {
     const double start = stage["start"], duration = stage["t"].back();
-    if (stage["kind"] == "receiver_reach") reach = start;
-    if (stage["kind"] == "giver_transfer") transfer = start + duration;
+    if (stage["holder"] == 1 && stage["action"] == "reach") reach = start;
+    if (stage["holder"] == 0 && stage["action"] == "carry") carried = start + duration;
     end = std::max(end, start + duration);
     sum += duration;
   }
-  EXPECT_LT(reach, transfer);
+  EXPECT_LT(reach, carried);
   EXPECT_NEAR(document["timing"]["motion_s"], end, 1e-9);
   EXPECT_NEAR(document["timing"]["overlap_saves_s"], sum - end, 1e-9);
   EXPECT_THAT(planned.out + planned.err, HasSubstr("less than one stage after the other"));
@@ -81,12 +87,18 @@ TEST_F(Butler, CupGoesBackFromTheTrayToTheCart) {
   const Finished planned = plan("r.json", "--task return");
   ASSERT_EQ(planned.status, 0) << planned.out << planned.err;
   const auto document = nlohmann::json::parse(textOf(file("r.json")));
-  EXPECT_EQ(document["plan"]["giver_arm"], "left");
-  for (const auto& object : document["plan"]["objects"]) {
-    if (object["name"] == "cup") {
-      EXPECT_EQ(object["resting"], nlohmann::json({"tray"}));
-    }
+  EXPECT_EQ(document["plan"]["holders"][0]["robot"], "hubo");
+  EXPECT_EQ(document["plan"]["holders"][0]["arm"], "left");
+  EXPECT_EQ(document["scene"]["start"]["rest"], nlohmann::json({"tray"}));
+  EXPECT_EQ(document["scene"]["goal"]["rest"], nlohmann::json({"cart_left"}));
+  bool found = false;
+  for (const auto& object : document["scene"]["objects"]) {
+    if (object["name"] != "cup") continue;
+    found = true;
+    // Start and goal speak for it.
+    EXPECT_EQ(object["resting"], nlohmann::json::array());
   }
+  EXPECT_TRUE(found);
   expectValid("r.json");
   stop();
 }

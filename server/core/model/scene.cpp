@@ -112,9 +112,11 @@ std::shared_ptr<const Scene> startOf(const std::shared_ptr<const Scene>& scene,
   if (object < 0) return scene;
   const auto index = static_cast<std::size_t>(object);
   const SceneObject& stands = scene->objects[index];
-  if (stands.X_WO.matrix() == task.X_WO_start.matrix()) return scene;
+  const auto rest = task.start_rest.objects.value_or(stands.resting);
+  if (stands.X_WO.matrix() == task.X_WO_start.matrix() && stands.resting == rest) return scene;
   auto moved = std::make_shared<Scene>(*scene);
   moved->objects[index].X_WO = task.X_WO_start;
+  moved->objects[index].resting = rest;
   return moved;
 }
 

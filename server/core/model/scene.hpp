@@ -79,8 +79,8 @@ struct Scene {
   int findObject(std::string_view object) const;
 };
 
-/// The scene as a task starts: its object at X_WO_start. The same scene when it stands there
-/// already.
+/// The scene as a task starts: its object at X_WO_start, on start_rest where the task names it. The
+/// same scene when it stands there already.
 std::shared_ptr<const Scene> startOf(const std::shared_ptr<const Scene>& scene,
                                      const SceneTask& task);
 

@@ -80,11 +80,11 @@ void EvenSamples::fillJerk(int m, Index interval, double* use) const {
 void EvenSamples::appendKnot(int m, Index knot, TimedPath& path) const {
   const Index dof = q_.rows(), first = knot - m;
   const double step = step_ * kEase;
-  VectorXd q = VectorXd::Zero(dof), qd(dof), qdd(dof);
-  for (int i = 0; i < m; ++i) {
-    const double* at = column(first + i);
-    for (Index j = 0; j < dof; ++j) q[j] += at[j];
-  }
+  const Index end = first + m, last = q_.cols() - 1;
+  const auto resting = static_cast<double>(std::max<Index>(0, std::min<Index>(m, -first)));
+  const auto arrived = static_cast<double>(std::max<Index>(0, std::min<Index>(m, end - last - 1)));
+  VectorXd q = resting * q_.col(0) + arrived * q_.col(last), qd(dof), qdd(dof);
+  for (Index i = std::max<Index>(first, 0); i < std::min(end, last + 1); ++i) q += q_.col(i);
   const double *q0 = column(first - 1), *q1 = column(first), *q2 = column(first + m - 1),
                *q3 = column(first + m);
   for (Index j = 0; j < dof; ++j) {

@@ -32,6 +32,9 @@ constexpr double kLongMotion = 600;     // fine steps from which on they become 
 // smoothed over a window w, it takes sqrt(8) w at full acceleration all the time.
 constexpr double kLeastBuildUps = 2.8284271247461903;
 
+// Build-ups for which the speed is held on paths with corners, whose acceleration is not 0 then.
+constexpr double kPause = 1.2;
+
 std::string faultOf(const TimingLimits& limits, Index dof) {
   for (const VectorXd* v :
        {&limits.lower, &limits.upper, &limits.velocity, &limits.acceleration, &limits.jerk}) {
@@ -122,18 +125,19 @@ struct Smoothed {
   }
 };
 
+// Slows motions that are too short for their acceleration to build up.
+void spareJerk(SpeedProfile& profile, const TimingLimits& limits) {
+  const double least = kLeastBuildUps * profile.buildUp(limits);
+  if (profile.duration() < least) profile.slowDown(std::cbrt(least / profile.duration()));
+}
+
 // Acceleration that turns from one way at once to the other needs two build-ups to do so smoothly;
 // it is often quicker to hold the speed for one build-up in between.
-Smoothed smoothed(SpeedProfile profile, const TimingLimits& limits, double gap) {
-  double build_up = profile.buildUp(limits);
-  if (const double least = kLeastBuildUps * build_up; profile.duration() < least) {
-    const double slower = std::cbrt(least / profile.duration());
-    profile.slowDown(slower);
-    build_up /= slower * slower;
-  }
+Smoothed smoothed(SpeedProfile profile, const TimingLimits& limits, double gap, bool has_corners) {
+  const double build_up = profile.buildUp(limits);
   const double step = stepFor(profile.duration(), build_up, gap);
   SpeedProfile flat = profile;
-  flat.flattenPeaks(build_up);
+  flat.flattenPeaks(has_corners ? kPause * build_up : build_up);
   Smoothed smooth(std::move(flat), step, limits.jerk);
   if (smooth.duration() <= profile.duration() + 2 * build_up + 2 * step) return smooth;
   Smoothed peaked(std::move(profile), step, limits.jerk);
@@ -184,10 +188,11 @@ Result<TimedPath> timeMoving(const std::vector<VectorXd>& points,
   if (!profile.passable()) {
     return {ErrorCode::kInternal, "timing: the path cannot be passed at any speed"};
   }
-  if (profile.duration() > kLongest) {
+  spareJerk(profile, limits);
+  if (!(profile.duration() <= kLongest)) {
     return {ErrorCode::kInvalidInput, "limits: the path takes more than an hour"};
   }
-  const Smoothed motion = smoothed(std::move(profile), limits, gap);
+  const Smoothed motion = smoothed(std::move(profile), limits, gap, points.size() > 2);
   std::vector<KnotRange> ranges;
   std::vector<Index> keep, kept;
   for (const std::size_t corner : asked) {

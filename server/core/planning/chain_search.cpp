@@ -137,11 +137,18 @@ const ChainSearch::Lattice& ChainSearch::latticeOf(std::size_t handover) {
   const Manipulator& giver = at(handover);
   const Manipulator& receiver = at(handover + 1);
   const bool same_robot = state_.wide() && giver.robot == receiver.robot;
-  const double radius =
-      same_robot ? settings_.same_robot_neighbourhood : settings_.neighbourhood;
+  const double radius = same_robot ? settings_.same_robot_neighbourhood : settings_.neighbourhood;
   lattice->both = crossMaps(giver.map, receiver.map, radius);
   lattice->all = lattice->both;
   if (state_.wide() && !same_robot) {
+    // Farther from the midpoint, where arms that stand far apart or askew meet.
+    for (const LatticePoint& point :
+         crossMaps(giver.map, receiver.map, settings_.wide_neighbourhood)) {
+      const auto same = [&](const LatticePoint& it) { return it.p_W == point.p_W; };
+      if (std::none_of(lattice->both.begin(), lattice->both.end(), same)) {
+        lattice->all.push_back(point);
+      }
+    }
     const double reach = giver.kinematics->reach() + maxToolSeparation(handover);
     const auto more = receiverPoints(giver.map, receiver.map, radius, reach);
     lattice->all.insert(lattice->all.end(), more.begin(), more.end());
@@ -171,10 +178,14 @@ bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most
   std::size_t searched = 0;
   for (std::size_t i = 0; i < tuples.size() && searched < most; ++i) {
     if (state_.spent() || state_.over()) return false;
+    const int pick = tuples[i].holders.front().take.grasp;
+    if (failed_picks_.contains(pick)) continue;
     const auto connected = motions_.connect(tuples[i]);
     if (state_.over()) return false;
     if (const auto* failure = std::get_if<MotionFailure>(&connected)) {
       state_.counts.motion_rejects.add(failure->cause, failure->stage, failure->pair);
+      // How the object is taken depends on the first grasp alone.
+      if (failure->stage == StageRef{0, StageAction::kReach}) failed_picks_.insert(pick);
       // The tuples of a pose share g_r: where it cannot be placed, none of them can.
       if (failure->cause == Cause::kStraightApproach && holders() > 1) return false;
       // Hands that do not go together are found out cheaply; only searches for motions are counted.

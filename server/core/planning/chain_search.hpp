@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <vector>
 
 namespace handover {
@@ -78,9 +79,7 @@ class ChainSearch {
 
   const Manipulator& at(std::size_t holder) const { return *motions_.holders()[holder]; }
 
-  bool spent() const {
-    return state_.spent() || inner_poses_ >= settings_.most_inner_poses;
-  }
+  bool spent() const { return state_.spent() || inner_poses_ >= settings_.most_inner_poses; }
 
   const PrunedGrasps& pruned(std::size_t holder, PruningPlace place);
   const Lattice& latticeOf(std::size_t handover);
@@ -104,9 +103,10 @@ class ChainSearch {
   /// Handover and receiver's grasp: how often no pose was found for it.
   std::map<std::pair<std::size_t, int>, std::uint32_t> inner_failures_;
   std::uint32_t inner_poses_ = 0;
-  std::vector<const FeasibleGrasp*> place_order_;         ///< 𝒢_r, most dexterous placing first
-  CauseTally rejects_;                                    ///< of the tier under way
-  std::vector<std::vector<TransportTuple>> poses_;        ///< mode all: tuples by pose, as found
+  std::set<int> failed_picks_;  ///< grasps of the first holder that cannot be taken
+  std::vector<const FeasibleGrasp*> place_order_;   ///< 𝒢_r, most dexterous placing first
+  CauseTally rejects_;                              ///< of the tier under way
+  std::vector<std::vector<TransportTuple>> poses_;  ///< mode all: tuples by pose, as found
 };
 
 }  // namespace handover

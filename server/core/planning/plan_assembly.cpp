@@ -115,6 +115,12 @@ GripperSnapshot gripperOf(const Manipulator& arm) {
   return fingers;
 }
 
+/// As the contract has it: J J^T of fewer than six joints is singular. Ours ranks such arms by the
+/// joints' space.
+Dexterity dexterityOf(const HolderPath& path) {
+  return path.manipulator->kinematics->dofs() < 6 ? Dexterity{} : path.dexterity;
+}
+
 Holder holderOf(const HolderPath& path) {
   const Manipulator& arm = *path.manipulator;
   return {arm.name(),
@@ -122,7 +128,7 @@ Holder holderOf(const HolderPath& path) {
           gripperOf(arm),
           toValue(arm.grasp(path.grasp).X_OT),
           static_cast<std::uint32_t>(path.grasp),
-          path.dexterity};
+          dexterityOf(path)};
 }
 
 }  // namespace

@@ -29,13 +29,10 @@ class ContactFault : public SpoiledPlan {
     return options;
   }
 
-  /// Closing that goes so far, in all grasps and releases.
-  static void closeTo(Json& file, double closed) {
-    const double change = closed - 0.0205;
-    for (const int k : {0, 1}) {
-      addProfile(stage(file, k, "grasp"), 0, change, step());
-      addProfile(stage(file, k, "release"), 0, change, {1, 0, 0, -10, 15, -6});
-    }
+  static PlanOptions closing(double to) {
+    PlanOptions options;
+    options.closed = to;
+    return options;
   }
 
   static void eraseClaims(Json& file, const std::string& body) {
@@ -72,7 +69,9 @@ TEST_F(ContactFault, AnObstacleThatSamplesMiss) {
 }
 
 TEST_F(ContactFault, AThingAroundAnother) {
-  expectOnly("contact", [](Json& file) { put(file, "crate", {6, 6, 6}, {0, 0, 0}); });
+  const auto result = spoiled({}, [](Json& file) { put(file, "crate", {6, 6, 6}, {0, 0, 0}); });
+  EXPECT_THAT(result.kinds, Contains("contact")) << result.output;
+  EXPECT_THAT(result.kinds, Each(AnyOf("contact", "rest")));  // the box stands in it, too
   // 4 mm in the middle of the giver's palm, which is 20 mm thick.
   expectOnly("contact", [](Json& file) { put(file, "chip", {4e-3, 4e-3, 4e-3}, {-0.66, 0, 0.2}); });
 }
@@ -86,7 +85,7 @@ TEST_F(ContactFault, ThingsThatNeverMove) {
   // Unless they are said to stand so.
   expectValid([&](Json& file) {
     peg(file);
-    robot(file, "g")["resting"] = {{"base", "peg"}};
+    robot(file, "g")["resting"].push_back({"base", "peg"});
   });
   expectOnly("contact", [](Json& file) {
     put(file, "nail", {0.01, 0.01, 0.1}, {0.4, 0.2, -0.02});
@@ -125,6 +124,42 @@ TEST_F(ContactFault, TheArmsMeet) {
   EXPECT_THAT(result.output, HasSubstr("g/left_finger"));
 }
 
+/// Fixes a cube to the receiver's arm. @param at in the frame of its z_link, before it by x.
+void addDot(Json& file, const std::vector<double>& at, double edge) {
+  Json dot = boxObject("dot", {edge, edge, edge}, {});
+  dot["X_WO"] = pose({0.64 - at[0], -at[1], at[2] + 0.2}, {0, 0, 0, 1});
+  dot["attached_to"] = {{"robot", "r"},
+                        {"link", "z_link"},
+                        {"X_LO", pose(at)},
+                        {"touch_links", {"palm", "left_finger", "right_finger"}}};
+  file["scene"]["objects"].push_back(dot);
+  for (Json& entry : file["plan"]["stages"]) {
+    entry["holding"].push_back(
+        {{"object", "dot"}, {"robot", "r"}, {"link", "z_link"}, {"X_LO", pose(at)}});
+  }
+}
+
+TEST_F(ContactFault, ArmsMeetOnlyWhenOneIsLate) {
+  // On the way with the box, it passes where the giver's hand has left a second ago.
+  const auto dot = [](Json& file) { addDot(file, {0.5011, -0.0440, -0.0508}, 0.021); };
+  PlanOptions options;
+  options.slack = 0.5;
+  expectValid(options, dot);
+  options.slack = 1;
+  const auto result = spoiled(options, dot);
+  EXPECT_THAT(result.kinds, ElementsAre("order")) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("g/palm touches dot when r arm carry is "));
+}
+
+TEST_F(ContactFault, ArmsMeetOnlyWhenStagesAreRunInTurn) {
+  const auto result = spoiled({}, [](Json& file) {
+    addDot(file, {0.8708, 0.0574, 0.0010}, 0.0279);
+  });
+  EXPECT_THAT(result.kinds, testing::Not(testing::IsEmpty())) << result.output;
+  EXPECT_THAT(result.kinds, Each("order")) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("when one stage is run after the other"));
+}
+
 TEST_F(ContactFault, AHandThatTouchesTheObjectBeforeItGrasps) {
   const auto result = spoiled({}, [](Json& file) {
     // Too wide for the open hand, but for a notch where it closes.
@@ -145,8 +180,7 @@ TEST_F(ContactFault, AHandThatTouchesTheObjectBeforeItGrasps) {
 }
 
 TEST_F(ContactFault, AHandThatDoesNotLetGo) {
-  const auto result = spoiled({}, [](Json& file) {
-    closeTo(file, 0.0185);
+  const auto result = spoiled(closing(0.0185), [](Json& file) {
     Json& release = stage(file, 1, "release");
     for (std::size_t k = 0; k < release["t"].size(); ++k) {
       release["q"][k][0] = 0.0185;
@@ -160,8 +194,8 @@ TEST_F(ContactFault, AHandThatDoesNotLetGo) {
 }
 
 TEST_F(ContactFault, DepthOfAHand) {
-  expectValid([](Json& file) { closeTo(file, 0.0185); });
-  expectOnly("depth", [](Json& file) { closeTo(file, 0.0175); });
+  expectValid(closing(0.0185), [](Json&) {});
+  expectOnly("depth", closing(0.0175), [](Json&) {});
 }
 
 TEST_F(ContactFault, DepthInTheRest) {
@@ -276,7 +310,7 @@ TEST_F(ContactFault, AGripWithoutOpposingContacts) {
            {"geometry", {{"type", "box"}, {"size", {0.04, 0.2, 0.02}}}}}}}};
   });
   EXPECT_THAT(result.kinds, Contains("grip")) << result.output;
-  EXPECT_THAT(result.output, HasSubstr("contact normals differ by at most 90 deg"));
+  EXPECT_THAT(result.output, HasSubstr("contact normals differ by at most 0 deg"));
 }
 
 TEST_F(ContactFault, AGripOfAnObjectHeldAtTheStart) {

@@ -50,7 +50,7 @@ TEST(Verifier, SurvivesSpoiledValues) {
                                     -1e5,    1e-300,         "", "box", Json::array(),
                                     {1, 2},  Json::object(), "r"};
   int answered = 0;
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < 200; ++i) {
     Json file = cell.plan();
     std::vector<Json*> all;
     collect(file, all);
@@ -64,7 +64,7 @@ TEST(Verifier, SurvivesSpoiledValues) {
     } catch (const Unreadable&) {
     }
   }
-  EXPECT_GT(answered, 20);
+  EXPECT_GT(answered, 15);
 }
 
 }  // namespace

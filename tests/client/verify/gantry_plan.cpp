@@ -77,9 +77,8 @@ std::string yaml(bool suction) {
 using Vector = std::vector<double>;
 
 constexpr double kOpen = 0.04;
-constexpr double kClosed = 0.0205;  // half a millimetre from the box of 40 mm
-constexpr double kHalf = 0.02;      // of the box
-constexpr double kGrip = 0.03;      // above or below the box's middle
+constexpr double kHalf = 0.02;  // of the box
+constexpr double kGrip = 0.03;  // above or below the box's middle
 constexpr double kPi = 3.14159265358979323846;
 
 const std::vector<std::string> kJoints = {"x", "y", "z", "yaw", "pitch", "roll"};
@@ -249,7 +248,8 @@ class PlanMaker {
     limits["yaw"] = limits["roll"] = {-3, 3, 1, 1, 10};
     limits["pitch"] = {-1, 1, 1, 1, 10};
     if (!options_.suction) {
-      q_start["left"] = q_start["right"] = k == 0 && options_.held_at_start ? kClosed : kOpen;
+      q_start["left"] = q_start["right"] =
+          k == 0 && options_.held_at_start ? options_.closed : kOpen;
       limits["left"] = limits["right"] = {0, 0.045, 0.1, 1, 20};
     }
     return {{"name", station.robot},
@@ -323,7 +323,7 @@ class PlanMaker {
     arm(k, "reach", {home(k), behind(there, 0.15)});
     arm(k, "approach", {behind(there, 0.15), there});
     if (k > 0) after(indexOf(k - 1, "carry"));
-    hand(k, "grasp", kOpen, kClosed);
+    hand(k, "grasp", kOpen, options_.closed);
     if (k > 0) after(indexOf(k - 1, "carry"));
     if (k > 0) return;
     Vector lifted = there;
@@ -357,7 +357,7 @@ class PlanMaker {
 
   void leave(int k) {
     const Vector there = at(k, places_[static_cast<std::size_t>(k) + 1]);
-    hand(k, "release", kClosed, kOpen);
+    hand(k, "release", options_.closed, kOpen);
     if (k + 1 < options_.holders) after(indexOf(k + 1, "grasp"));
     Vector speed;
     if (options_.joined) {

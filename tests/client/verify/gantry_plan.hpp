@@ -25,6 +25,7 @@ struct PlanOptions {
   bool upright = false;
   double slack = 0.25;         ///< [s]
   double last_retreat = 0.15;  ///< [m]
+  double closed = 0.0205;      ///< [m] of each finger: half a millimetre from the box
 };
 
 /// Folder with robots/gantry and robots/cup; removed in the end.

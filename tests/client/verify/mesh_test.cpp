@@ -45,6 +45,17 @@ TEST_F(MeshFileTest, ReadsObjAndScales) {
   EXPECT_TRUE(boxOf(mesh).max().isApprox(Eigen::Vector3d(2, 2, 3)));
 }
 
+TEST_F(MeshFileTest, ReadsATextStlWithAnEmptySolid) {
+  const std::string text =
+      "solid none\nendsolid none\nsolid one\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"
+      "vertex 1 0 0\nvertex 0 2e0 0\nendloop\nendfacet\nendsolid one\n";
+  const Mesh mesh = readWhole(write("a.stl", text), {1, 1, 1});
+  EXPECT_EQ(mesh.triangles.size(), 1u);
+  EXPECT_TRUE(boxOf(mesh).max().isApprox(Eigen::Vector3d(1, 2, 0)));
+  EXPECT_THROW(readWhole(write("b.stl", "solid none\nendsolid none\n"), {1, 1, 1}), Unreadable);
+  EXPECT_THROW(readWhole(write("c.stl", "solid one\nvertex 1 2 x\n"), {1, 1, 1}), Unreadable);
+}
+
 TEST_F(MeshFileTest, MirroredMeshesStaySolid) {
   const Mesh mesh = readWhole(write("a.obj", kTetrahedron), {1, -1, 1});
   const auto shells = shellsOf(mesh);

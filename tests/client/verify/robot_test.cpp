@@ -10,6 +10,7 @@
 
 #include <clocale>
 #include <string>
+#include <vector>
 
 namespace handover::verify {
 namespace {
@@ -66,40 +67,54 @@ std::string smallRobot() {
   return text + "</robot>";
 }
 
-constexpr const char* kSrdf =
-    "<robot name='r'><group name='arm'><chain base_link='torso' tip_link='flange'/></group>"
-    "<disable_collisions link1='torso' link2='palm' reason='Always'/>"
-    "<disable_collisions link1='root' link2='palm' reason='Never'/></robot>";
-
-TEST_F(RobotFile, FindsArmAndHandFromTheToolLink) {
-  const Robot robot = read(smallRobot(), kSrdf);
-  EXPECT_EQ(robot.links.front().name, "root");
-  const Arm arm = robot.arm("tool");
-  const auto linkNames = [&](const std::vector<int>& links) {
-    std::vector<std::string> names;
-    for (const int l : links) names.push_back(robot.links[static_cast<std::size_t>(l)].name);
-    return names;
-  };
-  const auto jointNames = [&](const std::vector<int>& joints) {
-    std::vector<std::string> names;
-    for (const int j : joints) names.push_back(robot.joints[static_cast<std::size_t>(j)].name);
-    return names;
-  };
-  EXPECT_THAT(jointNames(arm.joints), ElementsAre("shoulder", "elbow"));
-  EXPECT_THAT(jointNames(arm.hand_joints), ElementsAre("finger_1"));
-  EXPECT_THAT(linkNames({arm.palm_link, arm.base_link}), ElementsAre("palm", "torso"));
-  EXPECT_THAT(linkNames(arm.hand_links), testing::UnorderedElementsAre("palm", "tool", "f1", "f2"));
-  EXPECT_THAT(linkNames(arm.finger_links), testing::UnorderedElementsAre("f1", "f2"));
+std::vector<std::string> jointsOfGroup(const Robot& robot, const std::string& name) {
+  std::vector<std::string> joints;
+  for (const Group& group : robot.groups) {
+    if (group.name != name) continue;
+    for (const int j : group.joints) {
+      joints.push_back(robot.joints[static_cast<std::size_t>(j)].name);
+    }
+  }
+  return joints;
 }
 
-TEST_F(RobotFile, TakesOnlyAdjacentAndAlways) {
-  const Robot robot = read(smallRobot(), kSrdf);
-  EXPECT_EQ(robot.touching.size(), 2u);
+TEST_F(RobotFile, GroupsAreReadAsMoveItDoes) {
+  const Robot robot =
+      read(smallRobot(),
+           "<robot name='r'><group name='arm'><chain base_link='torso' tip_link='tool'/></group>"
+           "<group name='hand'><joint name='finger_1'/><joint name='finger_2'/><joint "
+           "name='gone'/></group>"
+           "<group name='body'><link name='torso'/><link name='gone'/></group>"
+           "<group name='all'><group name='arm'/><group name='hand'/><group name='gone'/></group>"
+           "<group name='far'><chain base_link='gone' tip_link='tool'/></group></robot>");
+  EXPECT_THAT(jointsOfGroup(robot, "arm"), ElementsAre("shoulder", "elbow"));
+  EXPECT_THAT(jointsOfGroup(robot, "hand"), ElementsAre("finger_1"));  // the other follows it
+  EXPECT_THAT(jointsOfGroup(robot, "body"), ElementsAre("waist"));
+  EXPECT_THAT(jointsOfGroup(robot, "all"), ElementsAre("shoulder", "elbow", "finger_1"));
+  EXPECT_THAT(jointsOfGroup(robot, "far"), testing::IsEmpty());
+}
+
+TEST_F(RobotFile, TakesPairsOfEveryReasonAndOfLinksThatAreThere) {
+  const Robot robot =
+      read(smallRobot(),
+           "<robot name='r'><disable_collisions link1='torso' link2='palm' reason='Always'/>"
+           "<disable_collisions link1='root' link2='palm' reason='Never'/>"
+           "<disable_collisions link1='root' link2='tool'/>"
+           "<disable_collisions link1='root' link2='gone' reason='Default'/></robot>");
+  EXPECT_EQ(robot.touching.size(), 6u);
   EXPECT_TRUE(robot.touching.count({robot.findLink("palm"), robot.findLink("torso")}));
+  EXPECT_TRUE(robot.touching.count({robot.findLink("palm"), robot.findLink("root")}));
+}
+
+TEST_F(RobotFile, AJointWithoutEndNeedsNoLimit) {
+  const Robot robot = read("<robot name='r'><link name='a'/><link name='b'/>" +
+                           joint("j", "continuous", "a", "b") + "</robot>");
+  EXPECT_EQ(robot.joints.front().type, JointType::kContinuous);
+  EXPECT_EQ(robot.joints.front().velocity, 0);
 }
 
 TEST_F(RobotFile, MimicsFollowTheirLaw) {
-  const Robot robot = read(smallRobot(), kSrdf);
+  const Robot robot = read(smallRobot());
   std::vector<double> q(robot.joints.size(), 0.0);
   q[static_cast<std::size_t>(robot.findJoint("finger_1"))] = 0.8;
   robot.followMimics(q);
@@ -107,7 +122,7 @@ TEST_F(RobotFile, MimicsFollowTheirLaw) {
 }
 
 TEST_F(RobotFile, KinematicsFollowOriginsAndAxes) {
-  const Robot robot = read(smallRobot(), kSrdf);
+  const Robot robot = read(smallRobot());
   Pose X_WB = Pose::Identity();
   X_WB.translation().x() = 10;
   const Kinematics kinematics(robot, X_WB);
@@ -155,10 +170,21 @@ TEST_F(RobotFile, NamesTheLineOfEachFault) {
   EXPECT_THAT(fault("<robot name='r'><link name='a'><collision><geometry><box size='1 -1 1'/>"
                     "</geometry></collision></link></robot>"),
               HasSubstr("positive"));
-  EXPECT_THAT(
-      fault("<robot name='r'><link name='a'/></robot>",
-            "<robot name='r'><group name='g'><chain base_link='a' tip_link='z'/></group></robot>"),
-      HasSubstr("unknown link z"));
+  EXPECT_THAT(fault(smallRobot(),
+                    "<robot name='r'><group name='g'><chain base_link='f1' tip_link='tool'/>"
+                    "</group></robot>"),
+              HasSubstr("no chain"));
+}
+
+TEST_F(RobotFile, OneLinksPoseIsThatOfAllLinks) {
+  const Robot robot = read(smallRobot());
+  const Kinematics kinematics(robot, Pose::Identity());
+  std::vector<double> q(robot.joints.size(), 0.3);
+  std::vector<Pose> X_WL;
+  kinematics.linkPoses(q, X_WL);
+  for (std::size_t link = 0; link < robot.links.size(); ++link) {
+    EXPECT_TRUE(kinematics.linkPose(static_cast<int>(link), q).isApprox(X_WL[link], 1e-12));
+  }
 }
 
 TEST_F(RobotFile, ManipulabilityMatchesAPlanarFormulaInSpace) {
@@ -175,7 +201,11 @@ TEST_F(RobotFile, ManipulabilityMatchesAPlanarFormulaInSpace) {
   const Robot robot = read(text + "</robot>");
   const Kinematics kinematics(robot, Pose::Identity());
   const std::vector<double> q = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
-  EXPECT_NEAR(kinematics.manipulability(robot.arm("6"), q), std::cos(0.5), 1e-12);
+  const std::vector<int> joints = {0, 1, 2, 3, 4, 5};
+  EXPECT_NEAR(kinematics.manipulability(6, joints, q), std::cos(0.5), 1e-12);
+  EXPECT_EQ(kinematics.manipulability(6, {0, 1, 2, 3, 4}, q), 0);  // six directions need six
+  // The link's origin stands on the wrist's axes, so those before it move it alone.
+  EXPECT_NEAR(kinematics.manipulability(3, joints, q), 0, 1e-12);
 }
 
 }  // namespace

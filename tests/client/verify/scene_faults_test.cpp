@@ -157,13 +157,15 @@ TEST_F(SceneFault, SamplesInTime) {
 }
 
 TEST_F(SceneFault, StagesThatShareAJointOverlap) {
-  const auto early = [](Json& file) { addTo(stage(file, 0, "lift")["start"], -1e-6); };
+  const auto earlier = [](const char* action) {
+    return [action](Json& file) { addTo(stage(file, 0, action)["start"], -1e-6); };
+  };
   // Grasp and lift have no joint in common; approach and reach have.
-  expectOnly("order", early);
-  const auto result =
-      spoiled({}, [](Json& file) { addTo(stage(file, 0, "approach")["start"], -1e-6); });
-  EXPECT_THAT(result.kinds, testing::ElementsAre("overlap")) << result.output;
-  EXPECT_THAT(result.output, HasSubstr("g arm reach"));
+  const auto lift = spoiled({}, earlier("lift"));
+  EXPECT_THAT(lift.kinds, testing::UnorderedElementsAre("order", "holding")) << lift.output;
+  const auto approach = spoiled({}, earlier("approach"));
+  EXPECT_THAT(approach.kinds, testing::ElementsAre("overlap")) << approach.output;
+  EXPECT_THAT(approach.output, HasSubstr("g arm reach"));
 }
 
 }  // namespace

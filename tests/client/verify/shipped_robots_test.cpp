@@ -4,6 +4,7 @@
 #include "verify/kinematics.hpp"
 #include "verify/mesh.hpp"
 #include "verify/robot.hpp"
+#include "verify/robot_settings.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,10 +29,6 @@ Robot shipped(const std::string& name) {
   return readRobot(folder(name) / (name + ".urdf"), folder(name) / (name + ".srdf"));
 }
 
-std::string linkName(const Robot& robot, int link) {
-  return robot.links[static_cast<std::size_t>(link)].name;
-}
-
 std::vector<std::string> jointNames(const Robot& robot, const std::vector<int>& joints) {
   std::vector<std::string> names;
   for (const int j : joints) names.push_back(robot.joints[static_cast<std::size_t>(j)].name);
@@ -45,24 +42,50 @@ Pose linkPose(const Robot& robot, const std::string& link) {
   return X_WL[static_cast<std::size_t>(robot.findLink(link))];
 }
 
+std::vector<std::string> jointsOfGroup(const Robot& robot, const std::string& name) {
+  for (const Group& group : robot.groups) {
+    if (group.name == name) return jointNames(robot, group.joints);
+  }
+  return {};
+}
+
 TEST(ShippedRobots, CrichtonHasTwoArmsOfSevenAndHandsOfSeven) {
   const Robot robot = shipped("crichton");
   for (const std::string side : {"left", "right"}) {
-    const Arm arm = robot.arm(side + "_grasp_link");
-    EXPECT_EQ(jointNames(robot, arm.joints).front(), side + "_L1_joint");
-    EXPECT_THAT(arm.joints, SizeIs(7));
-    EXPECT_THAT(arm.hand_joints, SizeIs(7));  // eight, of which one follows the knuckle
-    EXPECT_EQ(linkName(robot, arm.palm_link), side + "_palm_link");
+    EXPECT_THAT(jointsOfGroup(robot, side + "_arm"), SizeIs(7));
+    EXPECT_EQ(jointsOfGroup(robot, side + "_arm").front(), side + "_L1_joint");
+    EXPECT_THAT(jointsOfGroup(robot, side + "_hand"), SizeIs(7));  // an eighth follows the knuckle
   }
 }
 
-TEST(ShippedRobots, HubosPalmIsItsLastArmLink) {
+TEST(ShippedRobots, HubosArmsAreThoseOfItsSrdf) {
   const Robot robot = shipped("hubo");
-  EXPECT_THAT(jointNames(robot, robot.arm("left_tool").joints),
+  EXPECT_THAT(jointsOfGroup(robot, "left_arm"),
               ElementsAre("LSP", "LSR", "LSY", "LEP", "LWY", "LWP", "LWR"));
-  EXPECT_EQ(linkName(robot, robot.arm("left_tool").palm_link), "Body_LWR");
-  EXPECT_THAT(robot.arm("left_tool").hand_joints, SizeIs(9));
-  EXPECT_THAT(robot.arm("right_tool").hand_joints, SizeIs(12));
+  EXPECT_THAT(jointsOfGroup(robot, "left_hand"), SizeIs(9));
+  EXPECT_THAT(jointsOfGroup(robot, "right_hand"), SizeIs(12));
+}
+
+/// The yaml's bounds of every joint of a group.
+void expectBounds(const std::string& name, const std::string& group, double acceleration) {
+  const Robot robot = shipped(name);
+  const RobotSettings settings = readRobotSettings(folder(name) / (name + ".yaml"), robot);
+  const std::vector<std::string> joints = jointsOfGroup(robot, group);
+  EXPECT_FALSE(joints.empty()) << group;
+  for (const std::string& joint : joints) {
+    const JointBounds& bounds = settings.bounds[static_cast<std::size_t>(robot.findJoint(joint))];
+    ASSERT_TRUE(bounds.acceleration.has_value()) << joint;
+    EXPECT_DOUBLE_EQ(*bounds.acceleration, acceleration) << joint;
+  }
+}
+
+TEST(ShippedRobots, AreRunAsTheirYamlFilesSay) {
+  for (const std::string side : {"left", "right"}) {
+    expectBounds("crichton", side + "_arm", 0.4);
+    expectBounds("crichton", side + "_hand", 5);
+    expectBounds("hubo", side + "_arm", 0.8);
+    expectBounds("hubo", side + "_hand", 5);
+  }
 }
 
 // Places published with the models (ana-GT/commonData @ 258f6e1), all joints at zero.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole planning side without DDS: the butler cell from its files to fourteen stages.
+// The whole planning side without DDS: the butler cell from its files to sixteen stages.
 #include "butler_service.hpp"
 #include "core/kinematics/arm_kinematics.hpp"
 #include "settings/roots.hpp"
@@ -15,14 +15,21 @@
 namespace handover::test {
 namespace {
 
-TEST(CellService, PlansTheNominalButlerInFourteenStages) {
+TEST(CellService, PlansTheNominalButlerInSixteenStages) {
+  using enum StageAction;
+  const std::vector<StageRef> expected{{0, kReach},   {0, kApproach}, {0, kGrasp},    {0, kLift},
+                                       {0, kCarry},   {1, kReach},    {1, kApproach}, {1, kGrasp},
+                                       {0, kRelease}, {0, kRetreat},  {0, kHome},     {1, kCarry},
+                                       {1, kPlace},   {1, kRelease},  {1, kRetreat},  {1, kHome}};
   const Answer answer = ask(butlerRequest());
   ASSERT_TRUE(std::holds_alternative<Done>(answer.outcome)) << answer.outcome.index();
   const auto stages = answer.all<StageTrajectory>();
-  ASSERT_EQ(stages.size(), static_cast<std::size_t>(kStageCount));
+  ASSERT_EQ(stages.size(), expected.size());
+  EXPECT_EQ(answer.all<Solution>().back().stage_count, expected.size());
   for (std::size_t i = 0; i < stages.size(); ++i) {
     EXPECT_EQ(stages[i].index, i);
-    EXPECT_EQ(static_cast<std::size_t>(stages[i].kind), i + 1);
+    EXPECT_EQ((StageRef{stages[i].holder, stages[i].action}), expected[i]) << i;
+    EXPECT_EQ(stages[i].robot, stages[i].holder == 0 ? "crichton" : "hubo") << i;
   }
 }
 
@@ -31,12 +38,16 @@ TEST(CellService, FindsThatTheFreeHandTakesTheCup) {
   ASSERT_TRUE(std::holds_alternative<Done>(answer.outcome));
   const auto arms = answer.all<ArmSelected>();
   ASSERT_EQ(arms.size(), 1u);
-  EXPECT_EQ(arms[0].receiver_arm, "left");
+  ASSERT_EQ(arms[0].holders.size(), 2u);
+  EXPECT_EQ(arms[0].holders[1], (ArmName{"hubo", "left"}));
+  int looked_at = 0;
   for (const auto& score : arms[0].scores) {
-    if (score.robot == "hubo" && score.arm == "right") {
-      EXPECT_EQ(score.rejected, "holds tray");
-    }
+    if (score.arm != ArmName{"hubo", "right"}) continue;
+    ++looked_at;
+    EXPECT_EQ(score.rejected, Cause::kHoldsObject);
+    EXPECT_EQ(score.object, "tray");
   }
+  EXPECT_EQ(looked_at, 1);
 }
 
 TEST(CellService, DexteritiesAreThoseOfTheConfigurationsReached) {
@@ -46,11 +57,12 @@ TEST(CellService, DexteritiesAreThoseOfTheConfigurationsReached) {
   ModelCache models;
   const Cell cell =
       Cell::load(cellFile("butler", HANDOVER_SOURCE_DIR), HANDOVER_SOURCE_DIR, models);
-  const auto at_end_of = [&](StageKind kind, const char* robot, const std::string& arm_name) {
+  const auto at_end_of = [&](std::uint32_t holder, StageAction action) {
     for (const StageTrajectory& stage : answer.all<StageTrajectory>()) {
-      if (stage.kind != kind) continue;
-      const RobotModel& model = *models.at(robot);
-      const int arm = model.findArm(arm_name);
+      if (stage.holder != holder || stage.action != action) continue;
+      const ArmName& holding = solution.holders.at(holder).arm;
+      const RobotModel& model = *models.at(holding.robot);
+      const int arm = model.findArm(holding.arm);
       const auto& dofs = model.arms.at(static_cast<std::size_t>(arm)).dofs;
       ArmVector q(static_cast<Eigen::Index>(dofs.size()));
       for (std::size_t i = 0; i < dofs.size(); ++i) {
@@ -65,17 +77,17 @@ TEST(CellService, DexteritiesAreThoseOfTheConfigurationsReached) {
     }
     return 0.0;
   };
-  const Dexterity& d = solution.dexterity;
-  const std::string &g = solution.giver_arm, &r = solution.receiver_arm;
-  EXPECT_NEAR(d.giver_pick, at_end_of(StageKind::kGiverApproach, "crichton", g), 1e-9);
-  EXPECT_NEAR(d.giver_handover, at_end_of(StageKind::kGiverTransfer, "crichton", g), 1e-9);
-  EXPECT_NEAR(d.receiver_handover, at_end_of(StageKind::kReceiverApproach, "hubo", r), 1e-9);
-  EXPECT_NEAR(d.receiver_place, at_end_of(StageKind::kReceiverPlace, "hubo", r), 1e-9);
+  ASSERT_EQ(solution.holders.size(), 2u);
+  const Dexterity &g = solution.holders[0].dexterity, &r = solution.holders[1].dexterity;
+  EXPECT_NEAR(g.take, at_end_of(0, StageAction::kApproach), 1e-9);
+  EXPECT_NEAR(g.give, at_end_of(0, StageAction::kCarry), 1e-9);
+  EXPECT_NEAR(r.take, at_end_of(1, StageAction::kApproach), 1e-9);
+  EXPECT_NEAR(r.give, at_end_of(1, StageAction::kPlace), 1e-9);
 }
 
 TEST(CellService, SaysWhyAReceiverSixMetresAwayCannot) {
   PlanRequest request = butlerRequest({{"robots.hubo.base.xyz", "[6, -0.3, 0.98]"}});
-  request.mode = SearchMode::kFirst;  // without a search for what would help
+  request.wants_fix = false;
   const Answer answer = ask(request);
   const auto* failed = std::get_if<Failed>(&answer.outcome);
   ASSERT_NE(failed, nullptr);
@@ -94,12 +106,17 @@ class CellServiceFailure : public testing::TestWithParam<Hopeless> {};
 
 TEST_P(CellServiceFailure, NamesTheFilterThatEmptied) {
   PlanRequest request = butlerRequest(GetParam().overrides);
-  request.mode = SearchMode::kFirst;
+  request.wants_fix = false;
   const Answer answer = ask(request);
   const auto* failed = std::get_if<Failed>(&answer.outcome);
   ASSERT_NE(failed, nullptr) << answer.outcome.index();
   EXPECT_EQ(failed->reason, GetParam().reason) << toString(failed->reason);
   EXPECT_FALSE(failed->explanation.text.empty());
+  EXPECT_TRUE(failed->explanation.exhaustive);
+  const auto said = answer.all<Failure>();  // as soon as it was known
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_EQ(said[0], (Failure{failed->reason, failed->explanation}));
+  ASSERT_FALSE(failed->explanation.causes.empty());
   bool named = GetParam().culprit.empty();
   for (const auto& cause : failed->explanation.causes) {
     EXPECT_GT(cause.count, 0u);
@@ -113,26 +130,36 @@ const Override kInWorld{"tasks.serve.goal.frame", "world"};
 
 INSTANTIATE_TEST_SUITE_P(
     Butler, CellServiceFailure,
-    testing::Values(Hopeless{"CupInTheCarton",
-                             {{"objects.cup.pose.xyz", "[0.35, -0.80, 0.80]"}},
-                             FailureReason::kStartInCollision,
-                             "milk_carton"},
-                    Hopeless{"CupFarAway",
-                             {{"objects.cup.pose.xyz", "[-2, -2, 1]"}},
-                             FailureReason::kStartUnreachable,
-                             "crichton/right"},
-                    Hopeless{"GoalInTheTable",
-                             {kInWorld, {"tasks.serve.goal.xyz", "[0.5, 0, 0.69]"}},
-                             FailureReason::kGoalInCollision,
-                             "table"},
-                    Hopeless{"GoalFarAway",
-                             {kInWorld, {"tasks.serve.goal.xyz", "[3, 3, 1]"}},
-                             FailureReason::kGoalUnreachable,
-                             "hubo/left"},
-                    Hopeless{"CupUnderATable",
-                             {{"objects.table.pose.xyz", "[-0.5, -1.2, 0.36]"}},
-                             FailureReason::kNoGraspAtStart,
-                             "table"}),
+    testing::Values(
+        Hopeless{"CupInTheCarton",
+                 {{"objects.cup.pose.xyz", "[0.35, -0.80, 0.80]"}},
+                 FailureReason::kStartInCollision,
+                 "milk_carton"},
+        Hopeless{"CupFarAway",
+                 {{"objects.cart_left.pose.xyz", "[-2.6, -2.35, 0.01]"},
+                  {"objects.cup.pose.xyz", "[-2, -2, 0.903]"}},
+                 FailureReason::kStartUnreachable,
+                 "crichton/right"},
+        Hopeless{"CupAboveTheCart",
+                 {{"objects.cup.pose.xyz", "[-0.20, -0.70, 0.908]"}},
+                 FailureReason::kStartUnsupported,
+                 "cart_left"},
+        Hopeless{"GoalAboveTheTray",
+                 {{"tasks.serve.goal.xyz", "[0, 0, 0.087]"}},
+                 FailureReason::kGoalUnsupported,
+                 "tray"},
+        Hopeless{"GoalInTheTable",
+                 {kInWorld, {"tasks.serve.goal.xyz", "[0.5, 0, 0.69]"}},
+                 FailureReason::kGoalInCollision,
+                 "table"},
+        Hopeless{"GoalFarAway",
+                 {kInWorld, {"tasks.serve.goal.xyz", "[3, 3, 1]"}, {"tasks.serve.end", "hold"}},
+                 FailureReason::kGoalUnreachable,
+                 "hubo/left"},
+        Hopeless{"CupUnderATable",
+                 {{"objects.table.pose.xyz", "[-0.5, -1.2, 0.36]"}},
+                 FailureReason::kNoGraspAtStart,
+                 "table"}),
     [](const auto& one) { return one.param.name; });
 
 TEST(CellService, RejectsWhatIsNotFiniteOrUnknown) {

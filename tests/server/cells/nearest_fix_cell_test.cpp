@@ -13,11 +13,11 @@ namespace {
 
 class NearestFixOfACell : public testing::Test {
  protected:
-  Outcome plan(const std::vector<Override>& overrides, SearchMode mode) {
+  Outcome plan(const std::vector<Override>& overrides, bool wants_fix = true) {
     PlanRequest request;
     request.cell = "butler";
     request.overrides = overrides;
-    request.mode = mode;
+    request.wants_fix = wants_fix;
     recorder_ = {};
     return service_.plan(request, recorder_, Deadline());
   }
@@ -45,14 +45,15 @@ class NearestFixOfACell : public testing::Test {
 
 TEST_F(NearestFixOfACell, PlansAndNothingCheaperDoes) {
   const Override far{"robots.hubo.base.xyz", "[1.75, 0, 0.98]"};
-  const Outcome outcome = plan({far}, SearchMode::kBest);
+  const Outcome outcome = plan({far});
   const auto* failed = std::get_if<Failed>(&outcome);
   ASSERT_NE(failed, nullptr);
   ASSERT_EQ(failed->explanation.nearest_fix.size(), 1u) << failed->explanation.fix_text;
   const Override fix = failed->explanation.nearest_fix[0];
+  EXPECT_EQ(recorder_.all<Fix>(), (std::vector<Fix>{{{fix}, failed->explanation.fix_text}}));
   const SceneRobot robot = hubo();
 
-  EXPECT_TRUE(std::holds_alternative<Done>(plan({far, fix}, SearchMode::kBest))) << fix.value;
+  EXPECT_TRUE(std::holds_alternative<Done>(plan({far, fix}))) << fix.value;
 
   constexpr int kFar = 6, kTurns = 4;
   double cost = -1;
@@ -74,8 +75,7 @@ TEST_F(NearestFixOfACell, PlansAndNothingCheaperDoes) {
     if (move.cost() >= cost) continue;
     ++cheaper;
     const Override change = overrideOf(move, robot);
-    EXPECT_FALSE(std::holds_alternative<Done>(plan({far, change}, SearchMode::kFirst)))
-        << change.value;
+    EXPECT_FALSE(std::holds_alternative<Done>(plan({far, change}, false))) << change.value;
   }
   EXPECT_GT(cheaper, 3);
 }

@@ -61,7 +61,7 @@ TEST_P(EveryMode, AnswersTheSameTwice) {
 TEST_F(Repeatability, OverridesLeaveNothingBehind) {
   for (const auto& overrides : kOthers) {
     PlanRequest other = butlerRequest(overrides);
-    other.mode = SearchMode::kFirst;
+    other.wants_fix = false;
     EXPECT_NE(ask(other).stages, nominal().stages) << overrides[0].value;
     EXPECT_EQ(ask(butlerRequest()), nominal()) << "after " << overrides[0].value;
   }
@@ -90,11 +90,12 @@ class Interleaved : public Repeatability {
     const auto outcome = endpoint_.outcome(id);
     EXPECT_TRUE(outcome.has_value());
     answer.outcome = outcome.value_or(Cancelled{});
-    const auto stages = endpoint_.stages(id);
-    for (std::size_t i = 0; i < stages.size(); ++i) {
-      EXPECT_EQ(stages[i].sequence, i);
-      EXPECT_EQ(std::holds_alternative<Outcome>(stages[i].payload), i + 1 == stages.size());
-      if (i > 0 && i + 1 < stages.size()) answer.stages.push_back(stages[i].payload);
+    const auto events = endpoint_.events(id);
+    for (std::size_t i = 0; i < events.size(); ++i) {
+      EXPECT_EQ(events[i].sequence, i);
+      EXPECT_EQ(events[i].answer_id, events.front().answer_id);
+      EXPECT_EQ(std::holds_alternative<Outcome>(events[i].payload), i + 1 == events.size());
+      if (i > 0 && i + 1 < events.size()) answer.stages.push_back(events[i].payload);
     }
     return answer;
   }
@@ -116,7 +117,7 @@ TEST_F(Interleaved, OrderAndNeighboursDoNotMatter) {
     for (const auto& overrides : order) {
       PlanRequest request = butlerRequest(overrides);
       // Where there is no plan, no search for what would help.
-      if (!overrides.empty()) request.mode = SearchMode::kFirst;
+      request.wants_fix = overrides.empty();
       ids.push_back(send(request));
     }
     for (std::size_t i = 0; i < order.size(); ++i) {
@@ -152,13 +153,19 @@ TEST_F(Interleaved, CancelsEndTheirOwnRequestOnly) {
   }
   int stopped = 0;
   for (const RequestId& id : ids) {
-    const Answer answer = answerTo(id);
+    Answer answer = answerTo(id);
     if (std::holds_alternative<Done>(answer.outcome)) {
       EXPECT_EQ(answer, nominal());
       continue;
     }
     ++stopped;
     EXPECT_TRUE(cancelled[id]);
+    if (!answer.stages.empty() && std::holds_alternative<Failure>(answer.stages.back())) {
+      // Of the outcome itself.
+      EXPECT_EQ(std::get<Failure>(answer.stages.back()).reason, FailureReason::kDeadline);
+      EXPECT_TRUE(std::holds_alternative<Failed>(answer.outcome));
+      answer.stages.pop_back();
+    }
     // What had left before is the beginning of the same answer.
     ASSERT_LE(answer.stages.size(), nominal().stages.size());
     EXPECT_TRUE(std::equal(answer.stages.begin(), answer.stages.end(), nominal().stages.begin()));

@@ -93,7 +93,7 @@ TEST(RobotSettings, FaultsAreReportedWithTheirLines) {
               ElementsAre("6: arms.arm.jerk: must be within 1e-06 and 1e+09, not '0'"));
   EXPECT_THAT(
       faultsOf(with(kTinyYaml, "    acceleration: 5\n", "    acceleration: 5\n    jerk: -8\n")),
-      ElementsAre("14: hands.hand.jerk: must be within 1e-06 and 1e+09, not '-8'"));
+      ElementsAre("15: hands.hand.jerk: must be within 1e-06 and 1e+09, not '-8'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "arms:", "jerk: 0\narms:")),
               ElementsAre("5: jerk: must be within 1e-06 and 1e+09, not '0'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "[[bend]]", "[bend]")),

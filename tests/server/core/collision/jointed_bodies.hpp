@@ -21,7 +21,7 @@ class Straight : public JointMotion {
   Straight(double from, double to)
       : Straight(Eigen::VectorXd::Constant(1, from), Eigen::VectorXd::Constant(1, to)) {}
 
-  void stretch(double from, double to, MotionStretch& out) const override {
+  void stretch(double from, double to, MotionInterval& out) const override {
     SegmentMotion(from_, to_).stretch(from, to, out);
   }
 

@@ -26,6 +26,7 @@ RobotModel smallModel() {
     joint.upper = 1;
     joint.velocity = 2;
     joint.acceleration = 3;
+    joint.jerk = 30;
     if (i == 0) {
       joint.dof = 0;
       model.dof_joints.push_back(0);
@@ -67,11 +68,10 @@ struct Case {
     scene.objects = {floor, cup, tray};
     task.name = "serve";
     task.object = "cup";
-    task.giver = "r";
-    task.receiver = "r";
+    task.chain = {{0, -1}, {0, -1}};
     task.X_WO_start = scene.objects[1].X_WO;
     task.X_WO_goal.translation() << 2, 0, 0;
-    task.goal_rest = {"tray"};
+    task.goal_rest.objects = {"tray"};
   }
 
   void placeModel() { scene.robots[0].model = std::make_shared<const RobotModel>(model); }
@@ -100,6 +100,7 @@ TEST(SceneHash, ChangesWithEverythingThatCanChangeAPlan) {
       [](Case& c) { c.model.joints[0].upper = 1.1; },
       [](Case& c) { c.model.joints[0].velocity = 1; },
       [](Case& c) { c.model.joints[0].acceleration = 1; },
+      [](Case& c) { c.model.joints[0].jerk = 1; },
       [](Case& c) { c.model.joints[2].mimic_multiplier = 0.5; },
       [](Case& c) { c.model.joints[0].X_PJ.translation().z() = 1; },
       [](Case& c) { c.model.links[0].collision.clear(); },
@@ -126,8 +127,14 @@ TEST(SceneHash, ChangesWithEverythingThatCanChangeAPlan) {
       [](Case& c) { std::swap(c.scene.objects[0], c.scene.objects[2]); },
       [](Case& c) { c.task.X_WO_start.translation().x() = 1.1; },
       [](Case& c) { c.task.X_WO_goal.translation().x() = 1.1; },
-      [](Case& c) { c.task.goal_rest = {"floor"}; },
-      [](Case& c) { c.task.giver = "x"; },
+      [](Case& c) { c.task.goal_rest.objects = {"floor"}; },
+      [](Case& c) { c.task.goal_rest.none = true; },
+      [](Case& c) { c.task.start_rest.objects = {"floor"}; },
+      [](Case& c) { c.task.chain[0].arm = 1; },
+      [](Case& c) { c.task.chain.pop_back(); },
+      [](Case& c) { c.task.end = TransportEnd::kHold; },
+      [](Case& c) { c.task.held_by = ChainHolder{0, 0}; },
+      [](Case& c) { c.model.joints[0].jerk = 31; },
   };
   std::set<std::string> hashes{Case().hash()};
   for (std::size_t i = 0; i < changes.size(); ++i) {
@@ -167,8 +174,8 @@ TEST(Snapshot, ShowsEveryMovableJointWithItsLimits) {
   EXPECT_THAT(robot.q_start,
               ::testing::ElementsAre(::testing::Pair("j0", 0.4), ::testing::Pair("j2", -0.2)));
   EXPECT_THAT(robot.limits,
-              ::testing::ElementsAre(::testing::Pair("j0", JointLimits{-1, 1, 2, 3}),
-                                     ::testing::Pair("j2", JointLimits{-1, 1, 2, 3})));
+              ::testing::ElementsAre(::testing::Pair("j0", JointLimits{-1, 1, 2, 3, 30}),
+                                     ::testing::Pair("j2", JointLimits{-1, 1, 2, 3, 30})));
   EXPECT_THAT(robot.resting, ::testing::ElementsAre(::testing::Pair("base", "floor")));
 }
 
@@ -178,8 +185,10 @@ TEST(Snapshot, ShowsTheTasksObjectAtItsStart) {
   given.task.X_WO_start.translation() << 3, 2, 1;
   const SceneSnapshot shown = snapshot(given.scene, given.task, 1);
   EXPECT_EQ(shown.objects[1].X_WO, toValue(given.task.X_WO_start));
-  EXPECT_EQ(shown.X_WO_start, toValue(given.task.X_WO_start));
-  EXPECT_EQ(shown.X_WO_goal, toValue(given.task.X_WO_goal));
+  EXPECT_EQ(shown.start.X_WO, toValue(given.task.X_WO_start));
+  EXPECT_EQ(shown.goal.X_WO, toValue(given.task.X_WO_goal));
+  EXPECT_THAT(shown.goal.rest.objects, ::testing::ElementsAre("tray"));
+  EXPECT_THAT(shown.objects[1].resting, ::testing::IsEmpty());
   ASSERT_TRUE(shown.objects[2].attached_to);
   EXPECT_EQ(shown.objects[2].attached_to->link, "l0");
   EXPECT_THAT(shown.objects[2].attached_to->touch_links, ::testing::ElementsAre("l0", "l1"));
@@ -195,7 +204,7 @@ TEST(StartOf, MovesTheObjectOnlyWhenItStandsElsewhere) {
   EXPECT_EQ(moved->objects[1].X_WO.translation(), Eigen::Vector3d(3, 2, 1));
   EXPECT_EQ(scene->objects[1].X_WO.translation(), Eigen::Vector3d(1, 0, 0));
   EXPECT_EQ(moved->objects[1].resting, scene->objects[1].resting);
-  given.task.start_rest = {"shelf"};
+  given.task.start_rest.objects = {"shelf"};
   EXPECT_EQ(startOf(scene, given.task)->objects[1].resting, std::vector<std::string>{"shelf"});
 }
 

@@ -35,7 +35,7 @@ TEST(JoinedTiming, IsSoundAndDoesNotStopAtJunctions) {
   const TimingLimits limits = armLimits();
   Random random(31);
   double joined_time = 0, separate_time = 0;
-  for (int run = 0; run < 150; ++run) {
+  for (int run = 0; run < 80; ++run) {
     SCOPED_TRACE(run);
     const Polylines polylines = randomPolylines(random, limits);
     const auto joined = parameterizeJoined(polylines, limits, {});
@@ -66,7 +66,7 @@ TEST(JoinedTiming, PiecesStayOnTheirPolylines) {
   const TimingLimits limits = armLimits();
   Random random(32);
   constexpr double kBends = 0.003;  // what smoothing may
-  for (int run = 0; run < 150; ++run) {
+  for (int run = 0; run < 80; ++run) {
     SCOPED_TRACE(run);
     const Polylines polylines = randomPolylines(random, limits);
     const auto joined = parameterizeJoined(polylines, limits, {});

@@ -300,6 +300,7 @@ TEST(Timing, RejectsBadInput) {
   EXPECT_EQ(code({a, b}, changed([&](auto& l) { l.jerk[1] = nan; }), {}), invalid);
   EXPECT_EQ(code({a, b}, changed([](auto& l) { l.jerk = VectorXd(); }), {}), invalid);
   EXPECT_EQ(code({a, b}, changed([](auto& l) { l.velocity.setConstant(1e-5); }), {}), invalid);
+  EXPECT_EQ(code({a, b}, changed([](auto& l) { l.jerk.setConstant(1e-12); }), {}), invalid);
   EXPECT_EQ(code({a, b}, changed([](auto& l) { l.lower[0] = 2; }), {}), invalid);
   EXPECT_EQ(code({a, b}, changed([](auto& l) { l.upper = Eigen::Vector3d(1, 1, 1); }), {}),
             invalid);

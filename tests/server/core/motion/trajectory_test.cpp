@@ -95,7 +95,7 @@ TEST(LimitUse, FindsExtremesBetweenSamples) {
 
 TEST(LimitUse, IsNoLessThanAnyStateAndNoMoreThanSome) {
   Random random(15);
-  for (int run = 0; run < 200; ++run) {
+  for (int run = 0; run < 50; ++run) {
     const TimedPath path = randomSamples(random, 3, 2);
     const TimingLimits limits = armLimits(3);
     const LimitUse use = limitUse(path, limits);

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/planning/overlap.hpp"
+#include "core/planning/schedule.hpp"
 
 #include "small_robots.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <cmath>
 
 namespace handover::test {
 namespace {
 
-using enum StageKind;
+using enum StageAction;
 
 constexpr double kStep = 0.002;  // [s] of our own look at the joint time line
 
@@ -18,9 +18,9 @@ Eigen::VectorXd arm(double first) { return Eigen::Vector2d(first, 0); }
 
 /// Seen from above, two arms of 0.85 m reach for each other: the giver's from (0.15, 0) along +x,
 /// the receiver's from (1.45, 0) along -x. Stretched out at angle 0 they would meet.
-class OverlapTest : public testing::Test {
+class ScheduleTest : public testing::Test {
  protected:
-  OverlapTest() {
+  ScheduleTest() {
     auto scene = std::make_shared<Scene>(twoArmScene());
     scene->robots.push_back(scene->robots.front());
     scene->robots[0].name = "g";
@@ -28,154 +28,210 @@ class OverlapTest : public testing::Test {
     scene->robots[1].X_WB.translation().x() = 1.6;
     scene->objects.push_back(boxObject("box", {0.02, 0.02, 0.02}, {3, 3, 3}));
     problem_.scene = scene;
-    problem_.collision = collisionForTask(*scene, "box");
     problem_.task.object = "box";
-    problem_.task.giver = "g";
-    problem_.task.receiver = "r";
-    for (Manipulator* role : {&giver_, &receiver_}) {
-      role->robot = role == &giver_ ? 0 : 1;
-      role->arm = role == &giver_ ? 0 : 1;
-      role->placed = &problem_.scene->robots[static_cast<std::size_t>(role->robot)];
-      role->model = role->placed->model.get();
-      role->arm_model = &role->model->arms[static_cast<std::size_t>(role->arm)];
+    problem_.task.chain = {{0, 0}, {1, 1}};
+    for (const int robot : {0, 1}) {
+      Manipulator& it = arms_[static_cast<std::size_t>(robot)];
+      it.robot = robot;
+      it.arm = robot;
+      it.placed = &problem_.scene->robots[static_cast<std::size_t>(robot)];
+      it.model = it.placed->model.get();
+      it.arm_model = &it.model->arms[static_cast<std::size_t>(it.arm)];
     }
+    useScene(scene);
+    task_ = makeStages(transportOf(problem_.task, 2));
+    paths_.resize(task_.size());
+    stages_.resize(task_.size());
+    for (const TaskStage& stage : task_) move(stage.holder, stage.action, 0, 0);
+  }
+
+  void useScene(const std::shared_ptr<const Scene>& scene) {
+    problem_.scene = scene;
+    problem_.collision = collisionForTask(*scene, "box");
+    context_.reset();
     world_.emplace(problem_.collision);
-    checkers_.emplace(problem_, giver_, receiver_, *world_);
-    paths_.resize(kStageCount);
-    stages_.resize(kStageCount);
-    for (int kind = 1; kind <= kStageCount; ++kind) move(static_cast<StageKind>(kind), 0, 0);
+    context_.emplace(problem_, std::vector<const Manipulator*>{&arms_[0], &arms_[1]}, *world_);
   }
 
-  static bool givers(StageKind kind) {
-    return kind <= kGiverTransfer || kind == kGiverRelease || kind == kGiverRetreat;
+  std::size_t at(std::size_t holder, StageAction action) const {
+    std::size_t i = 0;
+    while (task_[i].holder != holder || task_[i].action != action) ++i;
+    return i;
   }
-
-  static std::size_t at(StageKind kind) { return static_cast<std::size_t>(kind) - 1; }
 
   /// A stage that turns the arm's first joint.
-  void move(StageKind kind, double from, double to) {
-    StagePath& stage = paths_[at(kind)];
-    stage.kind = kind;
-    stage.mover = givers(kind) ? &giver_ : &receiver_;
+  void move(std::size_t holder, StageAction action, double from, double to) {
+    const std::size_t i = at(holder, action);
+    StagePath& stage = paths_[i];
+    stage.stage = task_[i];
+    stage.mover = &arms_[holder];
     stage.dofs = stage.mover->arm_model->dofs;
-    stage.state = checkers_->startState();
+    stage.state = context_->startState();
     const Eigen::Vector2d most(3, 3), unit(1, 1);
     const auto path = parameterize({arm(from), arm(to)}, {-most, most, unit, unit, 10 * unit}, {});
     ASSERT_TRUE(path);
-    stages_[at(kind)] = {&stage, *path, 0};
+    stages_[i] = {&stage, stage.dofs, *path, 0, false};
   }
 
-  double duration(StageKind kind) const { return stages_[at(kind)].path.duration(); }
+  std::vector<ScheduledStage> schedule() { return scheduleStages(problem_, *context_, stages_); }
 
-  /// Whether the arms touch while the giver's stage and the receiver's begin when they are said to.
-  bool touch(StageKind of_giver, StageKind of_receiver, const std::vector<double>& starts) {
-    const TimedStage& g = stages_[at(of_giver)];
-    const TimedStage& r = stages_[at(of_receiver)];
-    std::vector<int> links(giver_.model->links.size());
+  double duration(std::size_t holder, StageAction action) const {
+    return stages_[at(holder, action)].path.duration();
+  }
+
+  double start(const std::vector<ScheduledStage>& stages, std::size_t holder,
+               StageAction action) const {
+    return stages[at(holder, action)].start;
+  }
+
+  double end(const std::vector<ScheduledStage>& stages, std::size_t holder,
+             StageAction action) const {
+    return start(stages, holder, action) + duration(holder, action);
+  }
+
+  /// Whether the arms touch while a stage of each begins when it is said to.
+  bool touch(std::size_t of_giver, std::size_t of_receiver,
+             const std::vector<ScheduledStage>& stages) {
+    std::vector<int> links(arms_[0].model->links.size());
     for (std::size_t i = 0; i < links.size(); ++i) links[i] = static_cast<int>(i);
     const PairList pairs = world_->makePairs(problem_.collision->linkBodies(0, links),
                                              BodyPairs(problem_.collision->bodies()));
-    const double end = std::max(starts[at(of_giver)] + g.path.duration(),
-                                starts[at(of_receiver)] + r.path.duration());
-    for (double t = 0; t <= end; t += kStep) {
-      for (const TimedStage* it : {&g, &r}) {
-        const Manipulator& role = *it->stage->mover;
+    const double last = std::max(stages[of_giver].start + stages_[of_giver].path.duration(),
+                                 stages[of_receiver].start + stages_[of_receiver].path.duration());
+    for (double t = 0; t <= last; t += kStep) {
+      for (const std::size_t i : {of_giver, of_receiver}) {
+        const Manipulator& it = *stages_[i].stage->mover;
         const RobotVector q =
-            role.withArm(role.placed->q_start, evaluate(it->path, t - starts[at(it->stage->kind)]));
+            it.withArm(it.placed->q_start, evaluate(stages_[i].path, t - stages[i].start));
         std::vector<Pose> X_WL;
-        linkPoses(*role.model, role.placed->X_WB, q, X_WL);
-        world_->setRobot(role.robot, X_WL);
+        linkPoses(*it.model, it.placed->X_WB, q, X_WL);
+        world_->setRobot(it.robot, X_WL);
       }
       for (const BodyContact& contact : world_->contacts(pairs)) {
-        const std::string& other = problem_.collision->name(contact.b);
-        if (other.rfind("r/", 0) == 0) return true;
+        if (problem_.collision->name(contact.b).rfind("r/", 0) == 0) return true;
       }
     }
     return false;
   }
 
-  HandoverProblem problem_;
-  Manipulator giver_, receiver_;
+  TransportProblem problem_;
+  std::array<Manipulator, 2> arms_;
   std::optional<CollisionWorld> world_;
-  std::optional<CollisionContext> checkers_;
+  std::optional<CollisionContext> context_;
+  std::vector<TaskStage> task_;
   std::vector<StagePath> paths_;
   std::vector<TimedStage> stages_;
 };
 
-TEST_F(OverlapTest, ReceiverComesAsEarlyAsItHasTheWayFree) {
+TEST_F(ScheduleTest, KeepsEveryEdgeOfItsOwn) {
+  move(0, kReach, -1.5, 1.2);
+  move(0, kCarry, 1.2, -1.2);
+  move(1, kReach, 1.2, 0);
+  move(0, kHome, -1.2, -2.4);
+  move(1, kCarry, 0, -1.5);
+  const auto stages = schedule();
+  for (std::size_t i = 0; i < stages.size(); ++i) {
+    for (const StageProgress& edge : stages[i].after) {
+      ASSERT_LT(edge.stage, i);
+      EXPECT_GT(edge.progress, 0);
+      EXPECT_LE(edge.progress, stages_[edge.stage].path.duration());
+      EXPECT_LE(stages[edge.stage].start + edge.progress, stages[i].start + 1e-9) << i;
+    }
+  }
+}
+
+TEST_F(ScheduleTest, ReceiverComesAsEarlyAsItHasTheWayFree) {
   // The giver has passed the middle when the receiver arrives from the other side.
-  move(kGiverTransfer, 1.2, -1.2);
-  move(kReceiverReach, -1.2, 0);
-  const std::vector<double> starts = startTimes(*checkers_, stages_);
-  const double carried = starts[at(kGiverTransfer)] + duration(kGiverTransfer);
-  EXPECT_NEAR(starts[at(kReceiverGrasp)], carried, 1e-9);
-  EXPECT_NEAR(starts[at(kReceiverReach)] + duration(kReceiverReach) + duration(kReceiverApproach),
-              carried, 1e-9);
-  EXPECT_FALSE(touch(kGiverTransfer, kReceiverReach, starts));
+  move(0, kCarry, 1.2, -1.2);
+  move(1, kReach, -1.2, 0);
+  const auto stages = schedule();
+  EXPECT_NEAR(start(stages, 1, kGrasp), end(stages, 0, kCarry), 1e-9);
+  EXPECT_LT(start(stages, 1, kReach), end(stages, 0, kCarry) - 0.5);
+  EXPECT_FALSE(touch(at(0, kCarry), at(1, kReach), stages));
 }
 
-TEST_F(OverlapTest, ReceiverNeverComesBeforeTheLift) {
-  move(kGiverReach, -1.5, 1.2);
-  move(kGiverLift, 1.2, 1.3);
-  move(kGiverTransfer, 1.3, 1.5);
-  move(kReceiverReach, 1.2, -0.5);
-  const std::vector<double> starts = startTimes(*checkers_, stages_);
-  EXPECT_NEAR(starts[at(kReceiverReach)], starts[at(kGiverLift)], 1e-12);
-  EXPECT_GE(starts[at(kReceiverReach)], starts[at(kGiverLift)]);
-  EXPECT_GT(starts[at(kReceiverGrasp)], starts[at(kGiverTransfer)] + duration(kGiverTransfer));
+TEST_F(ScheduleTest, NobodyComesBeforeTheObjectIsOnItsWay) {
+  move(0, kReach, -1.5, 1.2);
+  move(0, kLift, 1.2, 1.3);
+  move(0, kCarry, 1.3, 1.5);
+  move(1, kReach, 1.2, -0.5);
+  const auto stages = schedule();
+  EXPECT_GE(start(stages, 1, kReach), start(stages, 0, kCarry));
 }
 
-TEST_F(OverlapTest, CrossingArmsWaitUntilTheWayIsFree) {
+TEST_F(ScheduleTest, CrossingArmsWaitUntilTheWayIsFree) {
   // The receiver comes from the side to which the giver leaves.
-  move(kGiverTransfer, 1.2, -1.2);
-  move(kReceiverReach, 1.2, 0);
-  const std::vector<double> starts = startTimes(*checkers_, stages_);
-  const double carried = starts[at(kGiverTransfer)] + duration(kGiverTransfer);
-  const double saved = carried - starts[at(kReceiverReach)];
+  move(0, kCarry, 1.2, -1.2);
+  move(1, kReach, 1.2, 0);
+  auto stages = schedule();
+  const double saved = end(stages, 0, kCarry) - start(stages, 1, kReach);
   EXPECT_GT(saved, 0);
-  EXPECT_LT(saved, duration(kReceiverReach) - 0.01);
-  EXPECT_FALSE(touch(kGiverTransfer, kReceiverReach, starts));
+  EXPECT_LT(saved, duration(1, kReach) - 0.01);
+  EXPECT_FALSE(touch(at(0, kCarry), at(1, kReach), stages));
+  // It says whom it waits for.
+  EXPECT_THAT(stages[at(1, kReach)].after,
+              testing::Contains(testing::Field(&StageProgress::stage, at(0, kCarry))));
   // Not that late for nothing.
-  std::vector<double> earlier = starts;
-  earlier[at(kReceiverReach)] -= duration(kReceiverReach) / 8;
-  EXPECT_TRUE(touch(kGiverTransfer, kReceiverReach, earlier));
+  stages[at(1, kReach)].start -= duration(1, kReach) / 8;
+  EXPECT_TRUE(touch(at(0, kCarry), at(1, kReach), stages));
 }
 
-TEST_F(OverlapTest, ObjectIsTakenAwayOnceTheGiversHandIsOffIt) {
-  move(kGiverRetreat, -1.2, -2.4);
-  move(kReceiverTransfer, 0, -1.5);
-  stages_[at(kGiverRetreat)].early = 0.5;
-  const std::vector<double> starts = startTimes(*checkers_, stages_);
-  EXPECT_NEAR(starts[at(kReceiverTransfer)], starts[at(kGiverRetreat)] + 0.5, 1e-12);
-  EXPECT_GE(starts[at(kReceiverTransfer)], starts[at(kGiverRetreat)] + 0.5);
-  EXPECT_GE(starts[at(kReceiverRelease)], starts[at(kGiverRetreat)] + duration(kGiverRetreat));
+TEST_F(ScheduleTest, ObjectIsTakenAwayOnceTheGiversHandIsOffIt) {
+  move(0, kRetreat, -1.2, -1.4);
+  move(0, kHome, -1.4, -2.4);
+  move(1, kCarry, 0, -1.5);
+  stages_[at(0, kRetreat)].clear = 0.25;
+  const auto stages = schedule();
+  EXPECT_NEAR(start(stages, 1, kCarry), start(stages, 0, kRetreat) + 0.25, 1e-9);
+  EXPECT_THAT(stages[at(1, kCarry)].after,
+              testing::Contains(StageProgress{static_cast<std::uint32_t>(at(0, kRetreat)), 0.25}));
 }
 
-TEST_F(OverlapTest, CarriedObjectsCount) {
-  move(kGiverTransfer, 1.2, -1.2);
-  move(kReceiverReach, -1.2, 0);
-  const double free_start = startTimes(*checkers_, stages_)[at(kReceiverReach)];
+TEST_F(ScheduleTest, LastReleaseDoesNotWaitForAnybodysWayHome) {
+  move(0, kHome, -1.2, -2.9);
+  move(1, kCarry, 0, -0.1);
+  const auto stages = schedule();
+  EXPECT_NEAR(start(stages, 1, kRelease), end(stages, 1, kPlace), 1e-9);
+  EXPECT_LT(start(stages, 1, kRelease), end(stages, 0, kHome));
+}
+
+TEST_F(ScheduleTest, StagesThatGoOnStartWhereTheOthersEnd) {
+  move(0, kReach, -1.5, 1.2);
+  move(0, kApproach, 1.2, 1.3);
+  stages_[at(0, kApproach)].goes_on = true;
+  const auto stages = schedule();
+  EXPECT_NEAR(start(stages, 0, kApproach), end(stages, 0, kReach), 1e-12);
+  EXPECT_THAT(stages[at(0, kApproach)].after,
+              testing::ElementsAre(StageProgress{0, duration(0, kReach)}));
+}
+
+TEST_F(ScheduleTest, CarriedObjectsCount) {
+  move(0, kCarry, 1.2, -1.2);
+  move(1, kReach, -1.2, 0);
+  const double free_start = start(schedule(), 1, kReach);
   // A long rod across the giver's hand sweeps what the arm alone leaves free.
   auto scene = std::make_shared<Scene>(*problem_.scene);
   scene->objects[0] = boxObject("box", {0.04, 1.4, 0.04}, {3, 3, 3});
-  problem_.scene = scene;
-  problem_.collision = collisionForTask(*scene, "box");
-  world_.emplace(problem_.collision);
-  checkers_.emplace(problem_, giver_, receiver_, *world_);
-  for (const StageKind kind : {kGiverLift, kGiverTransfer}) {
-    CellState& state = paths_[at(kind)].state;
-    state.holder = &giver_;
+  useScene(scene);
+  for (const StageAction action : {kLift, kCarry}) {
+    CellState& state = paths_[at(0, action)].state;
+    state.holder = &arms_[0];
     state.X_TO = Pose::Identity();
   }
-  EXPECT_GT(startTimes(*checkers_, stages_)[at(kReceiverReach)], free_start);
+  EXPECT_GT(start(schedule(), 1, kReach), free_start);
 }
 
-TEST_F(OverlapTest, IsTheSameWhateverTheWorldWasUsedFor) {
-  move(kGiverTransfer, 1.2, -1.2);
-  move(kReceiverReach, 1.2, 0);
-  const std::vector<double> starts = startTimes(*checkers_, stages_);
-  touch(kGiverTransfer, kReceiverReach, starts);
-  EXPECT_EQ(startTimes(*checkers_, stages_), starts);
+TEST_F(ScheduleTest, IsTheSameWhateverTheWorldWasUsedFor) {
+  move(0, kCarry, 1.2, -1.2);
+  move(1, kReach, 1.2, 0);
+  const auto starts = [&] {
+    std::vector<double> all;
+    for (const ScheduledStage& stage : schedule()) all.push_back(stage.start);
+    return all;
+  };
+  const std::vector<double> first = starts();
+  touch(at(0, kCarry), at(1, kReach), schedule());
+  EXPECT_EQ(starts(), first);
 }
 
 }  // namespace

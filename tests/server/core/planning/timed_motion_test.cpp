@@ -73,7 +73,7 @@ TEST_F(TimedMotionTest, EnclosesTightly) {
   // 10 x^3 - 15 x^4 + 6 x^5: farthest from its chord at 10 x^3 - 15 x^4 + 6 x^5 - x.
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(1), one = Eigen::VectorXd::Ones(1);
   const TimedPath path{{0, 1}, {zero, one}, {zero, zero}, {zero, zero}};
-  MotionStretch stretch;
+  MotionInterval stretch;
   TimedMotion(path).stretch(0, 1, stretch);
   EXPECT_DOUBLE_EQ(stretch.q_middle[0], 0.5);
   EXPECT_DOUBLE_EQ(stretch.along[0], 0.5);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "random_order.hpp"
+#include "dense_search/random_order.hpp"
 
 #include <gtest/gtest.h>
 

@@ -21,7 +21,7 @@ class DenseSearch : public testing::Test {
   Finished search(const json& experiment) const {
     const std::string file = folder_ / "experiment.json";
     std::ofstream(file) << experiment;
-    return run({HANDOVER_BINARY_DIR "/tests/dense_search", file, "--root", HANDOVER_SOURCE_DIR},
+    return run({HANDOVER_BINARY_DIR "/bin/dense_search", file, "--root", HANDOVER_SOURCE_DIR},
                {"XDG_CACHE_HOME=" HANDOVER_BINARY_DIR "/test-cache"}, 100s);
   }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // dense_search: are the failures of an experiment infeasible, or gaps in the planner's search?
+#include "cells/cell_service.hpp"
 #include "dense_search.hpp"
 #include "draw.hpp"
-#include "cells/cell_service.hpp"
 #include "settings/roots.hpp"
 #include "support/recorder.hpp"
 
