@@ -4,8 +4,9 @@ import {element, find} from './dom.js';
 
 const PARTS = {xyz: ['x', 'y', 'z'], rpy_deg: ['roll', 'pitch', 'yaw'], quat_wxyz: ['w', 'x', 'y', 'z']};
 
-function text(value) {
+function text(value, digits) {
   if (value === null || value === undefined) return '–';
+  if (digits !== undefined) return value.toFixed(digits);
   if (typeof value !== 'number' || Number.isInteger(value)) return String(value);
   return value.toFixed(4);
 }
@@ -57,10 +58,10 @@ export class RunTable {
       {name: 'tuples', of: (record) => record.tuples},
       ...[
         {name: 'failure known [s]', of: (record) => record.failure_s},
-        {name: 'first cost', of: (record) => record.first_cost},
-        {name: 'cost', of: (record) => record.cost},
-        {name: 'motion [s]', of: (record) => record.quality?.duration_s},
-        {name: 'clearance [mm]', of: clearanceOf},
+        {name: 'first cost', of: (record) => record.first_cost, digits: 2},
+        {name: 'cost', of: (record) => record.cost, digits: 2},
+        {name: 'motion [s]', of: (record) => record.quality?.duration_s, digits: 1},
+        {name: 'clear [mm]', of: clearanceOf, digits: 1},
       ].filter(({of}) => experiment.records.some((record) => typeof of(record) === 'number')),
     ];
     for (const column of this.columns) {
@@ -86,8 +87,8 @@ export class RunTable {
       row.shown = this.body.insertRow();
       row.shown.className = row.record.outcome === 'done' ? '' : 'failed';
       row.shown.title = row.command;
-      for (const {of, numeric} of this.columns) {
-        row.shown.append(element('td', text(of(row.record)), numeric ? 'number' : ''));
+      for (const {of, numeric, digits} of this.columns) {
+        row.shown.append(element('td', text(of(row.record), digits), numeric ? 'number' : ''));
       }
     }
     this.arrange();

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opens a plan's page in headless Chromium and prints what it sees as one JSON object; with PICTURE.png (then at the
-// first time) a picture too.
-// usage: node browse.mjs PAGE.html WIDTHxHEIGHT [TIME ...] [CAMERA:PICTURE.png]
+// Opens a plan's page in headless Chromium and prints what it sees as one JSON object: most of it in a window of the
+// first size, what is misplaced in windows of all of them. Pictures are of the first time and size.
+// usage: node browse.mjs PAGE.html WIDTHxHEIGHT[,WIDTHxHEIGHT ...] [TIME ...] [CAMERA:PICTURE.png ...]
 import {withPage} from './browser.mjs';
 
-const [page_file, size, ...rest] = process.argv.slice(2);
+const [page_file, sizes, ...rest] = process.argv.slice(2);
 const times = rest.filter((argument) => !argument.includes(':')).map(Number);
-const [width, height] = size.split('x').map(Number);
+const windows = sizes.split(',').map((size) => {
+  const [width, height] = size.split('x').map(Number);
+  return {width, height};
+});
 
 /** What stands on what, and what is cut off or beyond the page, as a person would see it. */
 function misplaced() {
@@ -67,7 +70,13 @@ await withPage(page_file, async (page, messages, requests) => {
     seen.duration = await inPage('handoverViewer.duration');
     if (seen.planned_parts > 0) await lookAtPlan();
     await drawn();
-    Object.assign(seen, await page.evaluate(misplaced), await page.evaluate(`(${coloursOf})(document.getElementById('view'))`));
+    Object.assign(seen, await page.evaluate(`(${coloursOf})(document.getElementById('view'))`));
+    seen.misplaced = [];
+    for (const size of [...windows].reverse()) {  // the first one last: it stays
+      await page.setViewportSize(size);
+      await drawn();
+      seen.misplaced.push({...size, ...await page.evaluate(misplaced)});
+    }
     seen.at = [];
     for (const time of times) seen.at.push(await momentAt(time));
     for (const [camera, picture] of rest.filter((argument) => argument.includes(':')).map((argument) => argument.split(':'))) {
@@ -123,4 +132,4 @@ await withPage(page_file, async (page, messages, requests) => {
       };
     }, time);
   }
-}, {width, height});
+}, windows[0]);

@@ -40,6 +40,13 @@ await withPage(page_file, async (page, messages, requests) => {
   await page.locator('#points').selectOption('receiver_tool');
   await page.locator('#lattice-run').selectOption({index: 1});
   seen.places_after = await places();
+  // What stands out of a phone's width; a table that scrolls in a box of its own does not.
+  await page.setViewportSize({width: 390, height: 844});
+  seen.beyond_phone = await page.evaluate(() => [...document.querySelectorAll('main *')]
+      .filter((part) => !part.closest('.wide *') && part.getBoundingClientRect().right > innerWidth)
+      .map((part) => `${part.tagName} ${part.textContent.slice(0, 30)}`));
+  if (process.env.PHONE_PICTURE) await page.screenshot({path: process.env.PHONE_PICTURE, fullPage: true});
+  await page.setViewportSize({width: 1280, height: 800});
   const shot = (await page.screenshot({path: picture, fullPage: true})).toString('base64');
   // How many colours the picture has: a blank one has one.
   await page.goto('about:blank');

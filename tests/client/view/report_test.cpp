@@ -147,7 +147,14 @@ class BrowsedPage : public testing::Test {
     const auto page = folder_.write("report.html", experimentPage(experiment.dump()));
     const auto browsed = test::run({NODE, BROWSE_REPORT, page.string(), picture()}, {}, 240s);
     EXPECT_EQ(browsed.status, 0) << browsed.err;
+    EXPECT_THAT(std::filesystem::file_size(picture()), Gt(20'000u));
     return Json::parse(browsed.out);
+  }
+
+  /// Of the sample: looked at once.
+  const Json& seenSample() {
+    static const Json seen = browse(sampleExperiment());
+    return seen;
   }
 
   std::string picture() const { return (folder_ / "report.png").string(); }
@@ -156,7 +163,7 @@ class BrowsedPage : public testing::Test {
 };
 
 TEST_F(BrowsedPage, ShowsTheNumbersGiven) {
-  const Json seen = browse(sampleExperiment());
+  const Json& seen = seenSample();
   EXPECT_THAT(seen["messages"], IsEmpty());
   EXPECT_THAT(seen["requests"], IsEmpty());
   EXPECT_EQ(seen["error"], false);
@@ -191,14 +198,14 @@ TEST_F(BrowsedPage, ShowsTheNumbersGiven) {
   // every run.
   EXPECT_EQ(seen["runs"][4],
             Json::parse(R"(["4", "0.4000", "0", "done", "0.5000", "1.6000", "10", "20", "4", "40",
-                            "–", "12.5000", "11.5000", "13", "12.5000"])"));
+                            "–", "12.50", "11.50", "13.0", "12.5"])"));
   EXPECT_EQ(seen["runs"][5][3], "no_path");
   EXPECT_EQ(seen["runs"][5][5], "–");
   EXPECT_EQ(seen["runs"][5][10], "0.0625");
 }
 
 TEST_F(BrowsedPage, DrawsEveryRunAndIsNotBlank) {
-  const Json seen = browse(sampleExperiment());
+  const Json& seen = seenSample();
   const auto total = [&](const char* kind) {
     int sum = 0;
     for (const Json& bar : seen["bars"][kind]) sum += bar.get<int>();
@@ -217,8 +224,9 @@ TEST_F(BrowsedPage, DrawsEveryRunAndIsNotBlank) {
   EXPECT_THAT(places["text"].get<std::string>(), HasSubstr("z = 1.075 m and y = 0.025 m"));
   EXPECT_EQ(seen["places_after"]["chosen"][0], "run 1: 0.525, 0.025, 1.075 m");
   EXPECT_GT(seen["colours"], 200) << "the picture is blank";
-  EXPECT_THAT(std::filesystem::file_size(picture()), Gt(20'000u));
 }
+
+TEST_F(BrowsedPage, FitsOnAPhone) { EXPECT_THAT(seenSample()["beyond_phone"], IsEmpty()); }
 
 TEST_F(BrowsedPage, SortsByTheColumnClicked) {
   Json experiment = sampleExperiment();

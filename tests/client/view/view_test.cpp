@@ -45,13 +45,35 @@ class View : public testing::Test {
     return cell_.write(output, view(plan, output)).string();
   }
 
-  /// What the browser sees of a page; `size` is WIDTHxHEIGHT.
-  Json browse(const Json& plan, const std::string& size, const std::vector<double>& times = {}) {
-    std::vector<std::string> command{NODE, BROWSE, write(plan), size};
+  /// What the browser sees of a page at these times, on a screen and on a phone.
+  Json browse(const Json& plan, const std::vector<double>& times = {}) const {
+    std::vector<std::string> command{NODE, BROWSE, write(plan), "1280x800,390x844"};
     for (const double time : times) command.push_back(std::to_string(time));
     const Finished browsed = handover::test::run(command, {}, 240s);
     EXPECT_EQ(browsed.status, 0) << browsed.err;
     return Json::parse(browsed.out);
+  }
+
+  /// Of the sample plan at the times below: looked at once.
+  const Json& seenPlan() const {
+    static const Json seen = browse(cell_.plan(), timesOf(cell_.plan()));
+    return seen;
+  }
+
+  const Json& seenFailure() const {
+    static const Json seen = browse(cell_.failure());
+    return seen;
+  }
+
+  static constexpr double kInReach = 0.3, kInCarry = 0.7, kInLastCarry = 1.1;  // [s] of the stage
+
+  /// In the first reach, the first and the last carry, and after all is done.
+  static std::vector<double> timesOf(const Json& plan) {
+    const auto in = [&](int holder, const std::string& action, double s) {
+      return stageOf(plan, holder, action)["start"].get<double>() + s;
+    };
+    return {in(0, "reach", kInReach), in(0, "carry", kInCarry), in(2, "carry", kInLastCarry),
+            endOf(stageOf(plan, 2, "release")) + 1};
   }
 
   const SampleCell cell_;
@@ -123,7 +145,7 @@ void expectPoint(const Json& seen, const std::vector<double>& expected, double w
 double smooth(double s) { return s * s * s * (10 + s * (-15 + 6 * s)); }
 
 TEST_F(View, PageRunsInABrowser) {
-  const Json seen = browse(cell_.plan(), "1280x800");
+  const Json& seen = seenPlan();
   EXPECT_EQ(seen["error"], "");
   EXPECT_THAT(seen["messages"], IsEmpty());
   EXPECT_THAT(seen["requests"], IsEmpty());
@@ -139,7 +161,7 @@ TEST_F(View, PageRunsInABrowser) {
 
 TEST_F(View, BarsStandWhereTheirStagesRun) {
   const Json plan = cell_.plan();
-  const Json seen = browse(plan, "1280x800");
+  const Json& seen = seenPlan();
   const Json& bars = seen["bars"];
   const Json& stages = plan["plan"]["stages"];
   ASSERT_EQ(bars.size(), stages.size());
@@ -159,40 +181,32 @@ TEST_F(View, BarsStandWhereTheirStagesRun) {
 }
 
 TEST_F(View, NothingOverlapsNorStandsOutOnAScreenOrAPhone) {
-  for (const char* size : {"1280x800", "390x844"}) {
-    for (const Json& plan : {cell_.plan(), cell_.failure()}) {
-      const Json seen = browse(plan, size);
-      EXPECT_THAT(seen["overlaps"], IsEmpty()) << size;
-      EXPECT_THAT(seen["outside"], IsEmpty()) << size;
+  for (const Json& seen : {seenPlan(), seenFailure()}) {
+    ASSERT_EQ(seen["misplaced"].size(), 2u);
+    for (const Json& on : seen["misplaced"]) {
+      EXPECT_THAT(on["overlaps"], IsEmpty()) << on["width"];
+      EXPECT_THAT(on["outside"], IsEmpty()) << on["width"];
     }
   }
 }
 
 TEST_F(View, PageMovesJointsAlongQuinticsAndTheObjectWithItsHolder) {
-  const Json plan = cell_.plan();
-  const Json& reach = stageOf(plan, 0, "reach");
-  const Json& carry = stageOf(plan, 0, "carry");
-  const Json& last_carry = stageOf(plan, 2, "carry");
-  const double in_reach = 0.3, in_carry = carry["start"].get<double>() + 0.7,
-               in_last = last_carry["start"].get<double>() + 1.1;
-  const double put_down = endOf(stageOf(plan, 2, "release"));
-  const Json seen = browse(plan, "1280x800", {in_reach, in_carry, in_last, put_down + 1.0});
-  const Json& at = seen["at"];
+  const Json& at = seenPlan()["at"];
   ASSERT_EQ(at.size(), 4u);
 
   // The finger opens in the reach: between two samples the curve is that of the whole stage.
-  const double opened = 0.01 + 0.03 * smooth(in_reach / reach["t"].back().get<double>());
+  const double opened = 0.01 + 0.03 * smooth(kInReach / 1.0);
   EXPECT_NEAR(at[0]["joints"]["duo"]["l_left"].get<double>(), opened, 1e-6);
   EXPECT_NEAR(at[0]["joints"]["duo"]["l_right"].get<double>(), opened, 1e-6);  // mimics
   expectPoint(at[0]["object"], {-0.4, 0, 0.06}, 1e-9);
   EXPECT_EQ(at[0]["stage"], "duo/left reach");
   EXPECT_THAT(at[0]["text"].get<std::string>(), HasSubstr("nobody holds the box"));
 
-  const double s = smooth(0.7 / 1.6);
+  const double s = smooth(kInCarry / 1.6);
   expectPoint(at[1]["object"], {-0.4 + 0.3 * s, 0, 0.11 + 0.29 * s}, 1e-6);
   EXPECT_THAT(at[1]["text"].get<std::string>(), HasSubstr("duo/left holding the box"));
 
-  const double u = smooth(1.1 / 2.0);
+  const double u = smooth(kInLastCarry / 2.0);
   expectPoint(at[2]["object"], {0.1 + 0.3 * u, 0.2 * u, 0.4 - 0.24 * u}, 1e-6);
   EXPECT_THAT(at[2]["text"].get<std::string>(), HasSubstr("crane/arm holding the box"));
 
@@ -200,7 +214,7 @@ TEST_F(View, PageMovesJointsAlongQuinticsAndTheObjectWithItsHolder) {
 }
 
 TEST_F(View, FailurePageSaysWhyAndWhatWouldHelp) {
-  const Json seen = browse(cell_.failure(), "1280x800");
+  const Json& seen = seenFailure();
   EXPECT_EQ(seen["error"], "");
   EXPECT_THAT(seen["messages"], IsEmpty());
   EXPECT_EQ(seen["title"], "sample: no plan for box");
@@ -226,7 +240,7 @@ TEST_F(View, ShowsAFailureWithoutFixOrFarthestAttempt) {
   file["explanation"]["farthest"] = nullptr;
   file["explanation"]["fix_text"] = "";
   file["explanation"]["exhaustive"] = false;
-  const Json seen = browse(file, "1280x800");
+  const Json seen = browse(file);
   EXPECT_EQ(seen["error"], "");
   EXPECT_THAT(seen["text"].get<std::string>(),
               AllOf(HasSubstr("No fix was found."), HasSubstr("did not try everything"),
@@ -245,7 +259,7 @@ TEST_F(View, ShowsAPlanOfOneHolderThatHasTheObjectForGood) {
   file["scene"]["start"]["held_by"] = "duo/left";
   file["quality"] = nullptr;
   file["complete"] = false;
-  const Json seen = browse(file, "1280x800", {0.0, 1.6});
+  const Json seen = browse(file, {0.0, 1.6});
   EXPECT_EQ(seen["error"], "");
   EXPECT_THAT(seen["messages"], IsEmpty());
   EXPECT_EQ(seen["title"], "sample: duo brings box");
