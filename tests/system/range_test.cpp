@@ -143,8 +143,8 @@ TEST_F(Range, ARunCanBeRepeatedFromItsRecord) {
   const Finished planned = run(command, {}, std::chrono::seconds(120));
   ASSERT_EQ(planned.status, 0) << planned.out << planned.err;
   const auto plan = [](const std::filesystem::path& path) {
-    const auto file = nlohmann::json::parse(textOf(path));
-    return nlohmann::json{file["scene"], file["plan"]};
+    const auto read = nlohmann::json::parse(textOf(path));
+    return nlohmann::json{read["scene"], read["plan"]};
   };
   EXPECT_EQ(plan(folder_ / "p.json"), plan(folder_ / "plans" / "001.json"));
   daemon.signal(SIGTERM);
