@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <signal.h>
 
-#include <cmath>
+#include <ostream>
 
 namespace handover::test {
 namespace {
@@ -105,25 +105,46 @@ TEST_F(Range, ButlerLeftIsPlannedOrSaysWhyNot) {
   EXPECT_GT(solved, 0);
 }
 
-class EveryCell : public Range, public testing::WithParamInterface<const char*> {};
+struct DrawnCell {
+  const char* name;
+  bool always;  ///< every draw has a plan; else some may fail
+};
+
+std::ostream& operator<<(std::ostream& out, const DrawnCell& cell) { return out << cell.name; }
+
+class EveryCell : public Range, public testing::WithParamInterface<DrawnCell> {};
 
 TEST_P(EveryCell, PlansAreTheSameToTheByteForAnyThreads) {
   const auto plans = [&](const char* name) { return (folder_ / name).string(); };
-  const auto one = unverified(GetParam(), 4, "--plans " + plans("one"));
-  const auto four = unverified(GetParam(), 4, "--jobs 4 --plans " + plans("four"), 4);
+  const auto one = unverified(GetParam().name, 4, "--plans " + plans("one"));
+  const auto four = unverified(GetParam().name, 4, "--jobs 4 --plans " + plans("four"), 4);
+  int done = 0;
   for (int i = 0; i < 4; ++i) {
-    ASSERT_EQ(one["records"][i]["outcome"], "done");
+    const auto &alone = one["records"][i], &among = four["records"][i];
+    EXPECT_EQ(alone["outcome"], among["outcome"]);
+    EXPECT_EQ(alone["reason"], among["reason"]);
+    EXPECT_EQ(alone["explanation"], among["explanation"]);
+    if (alone["outcome"] != "done") {
+      EXPECT_FALSE(GetParam().always) << alone;
+      EXPECT_EQ(alone["outcome"], "failed");
+      continue;
+    }
+    ++done;
     const std::string name = "00" + std::to_string(i) + ".json";
     const std::string text = planMember(textOf(folder_ / "one" / name));
     EXPECT_GT(text.size(), 1000u);
     EXPECT_EQ(text, planMember(textOf(folder_ / "four" / name))) << name;
   }
+  EXPECT_GT(done, 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shipped, EveryCell,
-                         testing::Values("butler", "butler_left", "stool", "kneeling", "relay",
-                                         "hand_to_hand", "pick_place", "serve_person"),
-                         [](const auto& cell) { return std::string(cell.param); });
+                         testing::Values(DrawnCell{"butler", true}, DrawnCell{"butler_left", true},
+                                         DrawnCell{"stool", true}, DrawnCell{"kneeling", true},
+                                         DrawnCell{"relay", false}, DrawnCell{"hand_to_hand", true},
+                                         DrawnCell{"pick_place", true},
+                                         DrawnCell{"serve_person", false}),
+                         [](const auto& cell) { return std::string(cell.param.name); });
 
 TEST_F(Range, ARunCanBeRepeatedFromItsRecord) {
   const auto file = experiment("butler", 2, "--seed 3 --plans " + (folder_ / "plans").string());
