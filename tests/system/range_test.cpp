@@ -135,7 +135,7 @@ TEST_P(EveryCell, PlansAreTheSameToTheByteForAnyThreads) {
     EXPECT_GT(text.size(), 1000u);
     EXPECT_EQ(text, planMember(textOf(folder_ / "four" / name))) << name;
   }
-  EXPECT_GT(done, 0);
+  EXPECT_GE(done, 3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shipped, EveryCell,
