@@ -70,9 +70,16 @@ class BruteForce {
   bool freeOpenAndClosed(const State& state, Side side, const Hold& hold) const;
   bool freeClosed(State state, Side side, const Hold& hold) const;
   bool mayTouch(const State& state, const Body& a, const Body& b) const;
+  std::vector<std::vector<Pose>> linkPosesAt(const State& state) const;
+  const Pose& poseOf(const Body& body, const State& state,
+                     const std::vector<std::vector<Pose>>& X_WL) const;
+  /// Within 3 mm of each other.
+  static bool near(const Body& a, const Pose& X_Wa, const Body& b, const Pose& X_Wb);
   bool restsWhenLowered(const State& state) const;
   /// The first pair nearer than 3 mm, of all or of those that no motion of an arm can part.
   std::optional<std::string> tight(const State& state, bool without_arms = false) const;
+  /// ... of those of which neither can move.
+  std::optional<std::string> tightStanding() const;
   bool offLimits(Side side, const ArmVector& q) const;
   bool exchangeIsFree(const Pose& X_WH, const Hold& give, const Hold& receive) const;
 

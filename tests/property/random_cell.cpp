@@ -138,6 +138,37 @@ std::optional<SceneObject> boardUnder(const std::string& name, const std::array<
   return std::nullopt;
 }
 
+/// Takes out posts that are in boards, bases or other posts.
+void dropPostsInside(Scene& scene) {
+  Scene bare = scene;  // robots as they are built, but for their bases
+  for (SceneRobot& robot : bare.robots) {
+    robot.q_start = RobotVector::Zero(robot.model->dofs());
+  }
+  for (std::size_t i = 0; i < scene.objects.size();) {
+    bare.objects = scene.objects;
+    const auto bodies = std::make_shared<const CollisionScene>(bare);
+    CollisionWorld world(bodies);
+    const BodyId post = bodies->objectBody(static_cast<int>(i));
+    const auto inside = [&](BodyId other) {
+      return world.distance(post, other, 0.003).has_value();
+    };
+    bool hit = false;
+    for (std::size_t other = 0; other < scene.objects.size(); ++other) {
+      if (other != i && scene.objects[other].name != "box") {
+        hit = hit || inside(bodies->objectBody(static_cast<int>(other)));
+      }
+    }
+    for (int robot = 0; robot < static_cast<int>(scene.robots.size()); ++robot) {
+      hit = hit || inside(bodies->linkBody(robot, 0));
+    }
+    if (hit && scene.objects[i].name.starts_with("post")) {
+      scene.objects.erase(scene.objects.begin() + static_cast<std::ptrdiff_t>(i));
+    } else {
+      ++i;
+    }
+  }
+}
+
 /// A posture of the arm in which the robot touches nothing of the scene, if a few draws find one.
 void standFree(Scene& scene, std::size_t robot, const SmallRobot& small, Draw& draw) {
   SceneRobot& placed = scene.robots[robot];
@@ -167,7 +198,7 @@ std::ostream& operator<<(std::ostream& out, const CellDraw& draw) {
              << kNames[static_cast<std::size_t>(draw.receiver)] << draw.receiver_size << ", "
              << draw.grasps << " grasps, " << draw.obstacles << " obstacles"
              << (draw.far ? ", far" : "") << ", seed " << draw.seed << (draw.hold ? ", hold" : "")
-             << (draw.hover ? ", hover" : "");
+             << (draw.loose ? ", loose" : "");
 }
 
 rc::Gen<CellDraw> anyCell() {
@@ -187,7 +218,7 @@ rc::Gen<CellDraw> anyCell() {
                            draw.far = *rc::gen::inRange(0, 5) == 4;
                            draw.seed = *rc::gen::noShrink(rc::gen::arbitrary<std::uint32_t>());
                            draw.hold = *rc::gen::inRange(0, 4) == 3;
-                           draw.hover = *rc::gen::inRange(0, 8) == 7;
+                           draw.loose = *rc::gen::inRange(0, 8) == 7;
                            return draw;
                          }));
 }
@@ -236,7 +267,7 @@ RandomCell makeCell(const SmallRobots& robots, const CellDraw& drawn) {
   std::vector<SceneObject> others;
   Draw gaps(drawn.seed + 1);
   const auto rest = [&](const std::string& name, const Pose& X_WO) -> TaskRest {
-    const double gap = drawn.hover ? gaps.between(0, 0.006) : 0;
+    const double gap = drawn.loose ? gaps.between(0, 0.006) : 0;
     if (draw.chance(0.5)) {
       if (auto board = boardUnder(name, size, X_WO, gap)) {
         others.push_back(std::move(*board));
@@ -252,11 +283,12 @@ RandomCell makeCell(const SmallRobots& robots, const CellDraw& drawn) {
   for (int i = 0; i < drawn.obstacles; ++i) {
     const Pose X_WO = at(draw.between(-0.8, 0.8), kPlane + (flat ? 0 : draw.between(-0.4, 0.4)),
                          draw.between(0, 1.2));
-    scene->objects.push_back(
-        box("post" + std::to_string(i),
-            {draw.between(0.02, 0.15), draw.between(0.02, 0.15), draw.between(0.02, 0.3)}, X_WO));
+    const std::array<double, 3> edges{draw.between(0.02, 0.15), draw.between(0.02, 0.15),
+                                      draw.between(0.02, 0.3)};
+    scene->objects.push_back(box("post" + std::to_string(i), edges, X_WO));
   }
   scene->robots = {giver, receiver};
+  if (!drawn.loose) dropPostsInside(*scene);
   for (SceneRobot& robot : scene->robots) robot.q_start = RobotVector::Zero(robot.model->dofs());
   // The receiver may have to stand clear of the giver: it is drawn last.
   standFree(*scene, 0, *cell.giver, draw);

@@ -21,7 +21,7 @@ struct CellDraw {
   bool far = false;  ///< start or goal put somewhere, not where a tool can be
   std::uint64_t seed = 0;
   bool hold = false;   ///< the receiver keeps the box at its goal
-  bool hover = false;  ///< boards may be lower than the box rests
+  bool loose = false;  ///< boards may be lower than the box rests, posts inside what stands there
 };
 
 std::ostream& operator<<(std::ostream& out, const CellDraw& draw);

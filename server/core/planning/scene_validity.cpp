@@ -17,6 +17,7 @@ constexpr double kRaised = 0.0008;
 constexpr double kLowered = 0.0018;
 constexpr double kLookDown = 0.3;  // for the gap that is told [m]
 constexpr double kNearFixture = 0.002;
+constexpr double kFlush = 1e-6;  // what rounding presses faces into each other [m]
 
 std::string millimetres(double metres) {
   char text[32];
@@ -33,18 +34,27 @@ class SceneChecker {
         world_(world),
         object_(bodies_.objectBody(scene_.findObject(problem.task.object))) {}
 
-  /// Everything that moves against everything else, O apart.
-  std::optional<Failed> checkRobots() {
-    std::vector<BodyId> moving;
+  /// Everything against everything else, O apart: with margins where something moves.
+  std::optional<Failed> checkStanding() {
+    std::vector<BodyId> bodies;
+    std::vector<bool> moves(static_cast<std::size_t>(bodies_.bodies()));
     for (int robot = 0; robot < static_cast<int>(scene_.robots.size()); ++robot) {
-      addMoving(robot, moving);
+      addMoving(robot, bodies);
+    }
+    for (const BodyId body : bodies) moves[static_cast<std::size_t>(body)] = true;
+    for (BodyId body = 0; body < bodies_.bodies(); ++body) {
+      if (!moves[static_cast<std::size_t>(body)] && body != object_) bodies.push_back(body);
     }
     BodyPairs allowed(bodies_.bodies());
-    for (const BodyId body : moving) allowed.insert(body, object_);
+    for (const BodyId body : bodies) allowed.insert(body, object_);
     world_.reset();
     world_.setPose(object_, problem_.task.X_WO_start);
-    return failureOf(world_.contacts(world_.makePairs(moving, allowed)),
-                     FailureReason::kStartInCollision, "start", "At the start");
+    auto contacts = world_.contacts(world_.makePairs(bodies, allowed));
+    std::erase_if(contacts, [&](const BodyContact& contact) {
+      return !moves[static_cast<std::size_t>(contact.a)] &&
+             !moves[static_cast<std::size_t>(contact.b)] && contact.depth <= kFlush;
+    });
+    return failureOf(contacts, FailureReason::kStartInCollision, "start", "At the start");
   }
 
   /// O in the hand that holds it, against everything but that hand.
@@ -196,7 +206,7 @@ class SceneChecker {
 std::optional<Failed> checkScene(const TransportProblem& problem, CollisionWorld& world,
                                  SceneTask& task) {
   SceneChecker checker(problem, world);
-  if (auto failed = checker.checkRobots()) return failed;
+  if (auto failed = checker.checkStanding()) return failed;
   if (task.held_by) {
     task.start_rest = {false, std::vector<std::string>()};
     if (auto failed = checker.checkHeld(*task.held_by)) return failed;

@@ -12,8 +12,8 @@ namespace handover {
 
 /// Finds out what the object rests on at its start and goal, where the task leaves that open, and
 /// whether it does: raised by 0.8 mm it intersects nothing, lowered by 1.8 mm it intersects what it
-/// rests on. Where it starts or ends in a hand it rests on nothing. Nothing that can move may touch
-/// anything at the start.
+/// rests on. Where it starts or ends in a hand it rests on nothing. Nothing may intersect
+/// anything else at the start, and what can move not touch it.
 /// @param[in,out] task  of the problem: its rests are filled in.
 /// @return the failure, if any: kStartInCollision, kStartUnsupported, kGoalInCollision,
 ///         kGoalUnsupported.

@@ -127,6 +127,14 @@ TEST_P(CellServiceFailure, NamesTheFilterThatEmptied) {
   EXPECT_TRUE(named) << GetParam().culprit;
 }
 
+/// A lid on four walls, about the cup.
+constexpr const char* kHood = R"({type: compound, parts: [
+  {name: lid, pose: {xyz: [0, 0, 0.085]}, geometry: {type: box, size: [0.21, 0.21, 0.01]}},
+  {name: front, pose: {xyz: [0.1, 0, 0]}, geometry: {type: box, size: [0.01, 0.21, 0.155]}},
+  {name: back, pose: {xyz: [-0.1, 0, 0]}, geometry: {type: box, size: [0.01, 0.21, 0.155]}},
+  {name: left, pose: {xyz: [0, 0.1, 0]}, geometry: {type: box, size: [0.21, 0.01, 0.155]}},
+  {name: right, pose: {xyz: [0, -0.1, 0]}, geometry: {type: box, size: [0.21, 0.01, 0.155]}}]})";
+
 const Override kInWorld{"tasks.serve.goal.frame", "world"};
 
 INSTANTIATE_TEST_SUITE_P(
@@ -136,6 +144,10 @@ INSTANTIATE_TEST_SUITE_P(
                  {{"objects.cup.pose.xyz", "[0.35, -0.80, 0.80]"}},
                  FailureReason::kStartInCollision,
                  "milk_carton"},
+        Hopeless{"CartonInTheOtherCup",
+                 {{"objects.milk_carton.pose.xyz", "[0.47, -0.67, 0.8126]"}},
+                 FailureReason::kStartInCollision,
+                 "coffee_cup"},
         Hopeless{"CupFarAway",
                  {{"objects.cart_left.pose.xyz", "[-2.6, -2.35, 0.01]"},
                   {"objects.cup.pose.xyz", "[-2, -2, 0.903]"}},
@@ -157,10 +169,11 @@ INSTANTIATE_TEST_SUITE_P(
                  {kInWorld, {"tasks.serve.goal.xyz", "[3, 3, 1]"}, {"tasks.serve.end", "hold"}},
                  FailureReason::kGoalUnreachable,
                  "hubo/left"},
-        Hopeless{"CupUnderATable",
-                 {{"objects.table.pose.xyz", "[-0.5, -1.2, 0.36]"}},
+        Hopeless{"CupUnderAHood",
+                 {{"objects.milk_carton.geometry", kHood},
+                  {"objects.milk_carton.pose.xyz", "[-0.20, -0.70, 0.91]"}},
                  FailureReason::kNoGraspAtStart,
-                 "table"}),
+                 "milk_carton"}),
     [](const auto& one) { return one.param.name; });
 
 TEST(CellService, RejectsWhatIsNotFiniteOrUnknown) {
