@@ -24,6 +24,13 @@ struct Facet {
   const Shell* shell = nullptr;
 };
 
+Eigen::AlignedBox3d boxOf(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                          const Eigen::Vector3d& c) {
+  Eigen::AlignedBox3d box;
+  box.extend(a).extend(b).extend(c);
+  return box;
+}
+
 /// O's own surface.
 class Surface {
  public:
@@ -60,41 +67,62 @@ class FeltLink {
  public:
   FeltLink(const Body& link, const Pose& X_OL) : X_LO_(X_OL.inverse()), link_(link) {
     for (const Shell& shell : link.shells()) {
-      for (const Eigen::Vector3d& vertex : shell.mesh.vertices) box_.extend(X_OL * vertex);
+      for (const Triangle& t : shell.mesh.triangles) {
+        const auto vertex = [&](int k) {
+          return Eigen::Vector3d(X_OL * shell.mesh.vertices[static_cast<std::size_t>(k)]);
+        };
+        Face face{vertex(t[0]), vertex(t[1]), vertex(t[2]), {}};
+        face.reach = grown(boxOf(face.a, face.b, face.c));
+        box_.extend(face.reach);
+        faces_.push_back(face);
+      }
     }
-    box_ = Eigen::AlignedBox3d(box_.min().array() - kContact, box_.max().array() + kContact);
   }
 
   const Eigen::AlignedBox3d& reach() const { return box_; }
 
+  /// Only what is near this box will be asked for.
+  void turnTo(const Eigen::AlignedBox3d& box) {
+    near_.clear();
+    for (const Face& face : faces_) {
+      if (face.reach.intersects(box)) near_.push_back(&face);
+    }
+  }
+
   /// Whether a point of O is within 2 mm of the link, or in it.
   bool feels(const Eigen::Vector3d& p_O) const {
     if (!box_.contains(p_O)) return false;
-    const Eigen::Vector3d p_L = X_LO_ * p_O;
-    for (const Shell& shell : link_.shells()) {
-      if (shell.contains(p_L)) return true;
-      for (const Triangle& t : shell.mesh.triangles) {
-        const auto vertex = [&](int k) { return shell.mesh.vertices[static_cast<std::size_t>(k)]; };
-        const Eigen::Vector3d foot =
-            nearestOnTriangle(p_L, vertex(t[0]), vertex(t[1]), vertex(t[2]));
-        if ((p_L - foot).norm() <= kContact) return true;
-      }
+    for (const Face* face : near_) {
+      if (!face->reach.contains(p_O)) continue;
+      const Eigen::Vector3d foot = nearestOnTriangle(p_O, face->a, face->b, face->c);
+      if ((p_O - foot).norm() <= kContact) return true;
     }
-    return false;
+    const Eigen::Vector3d p_L = X_LO_ * p_O;
+    return std::any_of(link_.shells().begin(), link_.shells().end(),
+                       [&](const Shell& shell) { return shell.contains(p_L); });
   }
 
  private:
+  struct Face {
+    Eigen::Vector3d a, b, c;
+    Eigen::AlignedBox3d reach;
+  };
+
+  static Eigen::AlignedBox3d grown(const Eigen::AlignedBox3d& box) {
+    return {box.min().array() - kContact, box.max().array() + kContact};
+  }
+
   Pose X_LO_;
   const Body& link_;
+  std::vector<Face> faces_;
+  std::vector<const Face*> near_;
   Eigen::AlignedBox3d box_;
 };
 
 /// Samples the part of the facet that is in the box, until `take` has enough.
 template <typename Take>
 void sampleFacet(const Facet& facet, const Eigen::AlignedBox3d& box, Take take) {
-  Eigen::AlignedBox3d own;
-  own.extend(facet.a).extend(facet.b).extend(facet.c);
-  if (!own.intersects(box)) return;
+  if (!boxOf(facet.a, facet.b, facet.c).intersects(box)) return;
   const Eigen::Vector3d ab = facet.b - facet.a, ac = facet.c - facet.a;
   const double longest = std::max({ab.norm(), ac.norm(), (ab - ac).norm()});
   // A large facet is divided, and only what meets the box is gone through.
@@ -120,9 +148,12 @@ void sampleFacet(const Facet& facet, const Eigen::AlignedBox3d& box, Take take) 
 }
 
 /// Outward normals of O where the link touches it, each direction once.
-std::vector<Eigen::Vector3d> normalsFelt(const Surface& surface, const FeltLink& link) {
+std::vector<Eigen::Vector3d> normalsFelt(const Surface& surface, FeltLink& link) {
   std::vector<Eigen::Vector3d> normals;
   for (const Facet& facet : surface.facets()) {
+    const Eigen::AlignedBox3d own = boxOf(facet.a, facet.b, facet.c);
+    if (!own.intersects(link.reach())) continue;
+    link.turnTo(own);
     sampleFacet(facet, link.reach(), [&](const Eigen::Vector3d& sample) {
       const Eigen::Vector3d point = facet.shell->onSurface(sample);
       const Eigen::Vector3d normal = facet.shell->normalAt(point, facet.normal);
@@ -172,7 +203,7 @@ class GripCheck {
     std::vector<std::string> names;
     for (const int b : holder.hand_bodies) {
       const SceneBody& body = scene_.body(b);
-      const FeltLink link(body.body, X_OW * X_WL[static_cast<std::size_t>(body.link)]);
+      FeltLink link(body.body, X_OW * X_WL[static_cast<std::size_t>(body.link)]);
       auto felt = normalsFelt(surface_, link);
       if (felt.empty()) continue;
       normals.push_back(std::move(felt));

@@ -117,22 +117,19 @@ class SettingsReader {
     return {};
   }
 
-  /// Names of joints anywhere in the entry, and all movable joints beyond its palm link that no arm
-  /// has.
+  /// Joints that no arm has and that the entry names anywhere or that are beyond its palm link.
   std::vector<int> jointsOfHand(const YAML::Node& hand) const {
     std::set<int> joints;
     collectJoints(hand, joints);
     const YAML::Node palm = hand["palm_link"] ? hand["palm_link"] : hand["palm"];
     const int link = palm ? robot_.findLink(palm.as<std::string>("")) : -1;
-    if (link >= 0) {
-      std::set<int> of_arms;
-      for (const auto& arm : entriesOf("arms")) {
-        for (const int j : jointsOfArm(arm)) of_arms.insert(j);
+    for (const int below : link >= 0 ? robot_.subtree(link) : std::vector<int>()) {
+      if (below != link) {
+        joints.insert(robot_.links[static_cast<std::size_t>(below)].parent_joint);
       }
-      for (const int below : robot_.subtree(link)) {
-        const int above = robot_.links[static_cast<std::size_t>(below)].parent_joint;
-        if (below != link && !of_arms.count(above)) joints.insert(above);
-      }
+    }
+    for (const auto& arm : entriesOf("arms")) {
+      for (const int j : jointsOfArm(arm)) joints.erase(j);
     }
     return {joints.begin(), joints.end()};
   }

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Draws one moment of a plan file, or a dumped state, to look at what a plan really does: the collision shapes of the whole cell,
-flat-shaded, each robot in its colour, the object green.
+"""Draws one moment of a plan file, or a dumped state, to look at what a plan really does: the collision shapes of the
+whole cell, flat-shaded, each robot in its colour, the object green.
 
     render_plan.py plan.json --stage "hubo/left grasp" --camera 1.6 -2.2 1.9  0.2 -0.4 0.9 --zoom 1.5 --output a.png
     render_plan.py state.obj --object cup --output b.png         what `handoverctl plan --dump-state` has written
 
-The moment is the end of a stage (`start` and `end` mean the plan's) or a time; of a file without a plan it is the
-start. The camera is two points, from and at, in the world; --hide takes away what stands in the view. Writes PNG, in
-less than a second. Needs nothing but Python.
+The moment is the end of a stage ("hubo/left grasp", or "grasp.1" as --dump-state has it; `start` and `end` mean the
+plan's) or a time; of a file without a plan it is the start. The camera is two points, from and at, in the world;
+--hide takes away what stands in the view. Writes PNG, in less than a second. Needs nothing but Python.
 """
 
 import argparse
@@ -403,10 +403,11 @@ def moment(motion, arguments):
     moments = {"start": 0.0}
     for stage in motion.stages:
         moments.setdefault(motion.label(stage), ends_at(stage))
+    named = {f"{stage['action']}.{stage['holder']}": ends_at(stage) for stage in motion.stages}
     moments["end"] = motion.end
-    if arguments.stage not in moments:
+    if arguments.stage not in moments | named:
         sys.exit(f"no stage {arguments.stage}; there are {', '.join(moments)}")
-    return moments[arguments.stage]
+    return (moments | named)[arguments.stage]
 
 
 def main():

@@ -89,7 +89,7 @@ SceneTask resolveTask(const PlanRequest& request, const Cell::Instance& instance
   const bool named = !request.task.empty() || request.object.empty();
   SceneTask task = named ? namedTask(request, instance, faults)
                          : describedTask(request, *instance.scene, faults);
-  if (faults.empty()) applyChain(request, *instance.scene, task, faults);
+  applyChain(request, *instance.scene, task, faults);
   return task;
 }
 

@@ -53,7 +53,7 @@ struct RestDescription {
 
 struct TaskDescription {
   std::string name, object;
-  std::vector<std::string> chain;  ///< `robot` or `robot/arm` each; empty: auto
+  std::vector<std::string> chain;   ///< `robot` or `robot/arm` each; empty: auto
   bool giver_and_receiver = false;  ///< the keys that the chain, of two, is written with
   std::optional<FramedPose> start;
   std::string held_by;  ///< `robot/arm` that has the object at the start; empty: it lies

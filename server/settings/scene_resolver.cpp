@@ -337,8 +337,8 @@ class SceneResolver {
     task.end = description.end;
     for (std::size_t i = 0; i < description.chain.size(); ++i) {
       const char* key = i == 0 ? ".giver" : ".receiver";
-      task.chain.push_back(holderNamed(
-          description.chain[i], path + (description.giver_and_receiver ? key : ".chain")));
+      task.chain.push_back(holderNamed(description.chain[i],
+                                       path + (description.giver_and_receiver ? key : ".chain")));
     }
     checkChain(task, path + (description.giver_and_receiver ? ".receiver" : ".chain"));
     const int object = objectNamed(description.object, path + ".object");

@@ -49,7 +49,7 @@ class Butler : public ServedCells {
 TEST_F(Butler, PlanIsCompleteAndVerified) {
   serve(1);
   std::vector<std::string> command = ctl("plan --cell butler --output " + file("p.json"));
-  command.insert(command.end(), {"--dump-state", "hubo/left place", file("placed.obj")});
+  command.insert(command.end(), {"--dump-state", "place.1", file("placed.obj")});
   const Finished planned = run(command, {}, 240s);
   ASSERT_EQ(planned.status, 0) << planned.out << planned.err;
   const auto document = nlohmann::json::parse(textOf(file("p.json")));

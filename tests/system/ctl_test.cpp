@@ -119,6 +119,7 @@ TEST(CtlUsage, NamesWhatIsWrong) {
   EXPECT_THAT(err("plan --cell c --search deep"), HasSubstr("unknown search 'deep'"));
   EXPECT_THAT(err("plan --cell c --objective haste"), HasSubstr("unknown objective 'haste'"));
   EXPECT_THAT(err("plan --cell c --objective time"), HasSubstr("not built yet: --objective time"));
+  EXPECT_THAT(err("plan --cell c --slack 0.1"), HasSubstr("not built yet: --slack above 0"));
   EXPECT_THAT(err("plan --cell c --chain a/b/c"), HasSubstr("'a/b/c' is not ROBOT or ROBOT/ARM"));
   EXPECT_THAT(err("frob"), HasSubstr("frob"));
   EXPECT_THAT(err("plan --cel butler"), HasSubstr("--cel"));
@@ -231,10 +232,11 @@ TEST_F(ScriptedCtl, PlansHaveAsManyStagesAsTheirChainNeeds) {
 
 TEST_F(ScriptedCtl, FlagsReachTheDaemon) {
   const auto given = ctl(
-      "plan --cell script --task echo --chain crichton/left,hubo --objective dexterity --no-fix");
+      "plan --cell script --task echo --chain crichton/left,hubo --objective dexterity --slack 0 "
+      "--no-fix");
   EXPECT_EQ(given.status, 12);
-  for (const char* text :
-       {"chain: crichton/left,hubo", "objective: dexterity", "wants_fix: false"}) {
+  for (const char* text : {"chain: crichton/left,hubo", "objective: dexterity", "slack_s: 0.000000",
+                           "wants_fix: false"}) {
     EXPECT_THAT(given.out, HasSubstr(text));
   }
   const auto defaults = ctl("plan --cell script --task echo --chain auto");

@@ -111,13 +111,18 @@ TEST_P(EveryCell, PlansAreTheSameToTheByteForAnyThreads) {
   const auto plans = [&](const char* name) { return (folder_ / name).string(); };
   const auto one = unverified(GetParam(), 4, "--plans " + plans("one"));
   const auto four = unverified(GetParam(), 4, "--jobs 4 --plans " + plans("four"), 4);
+  int done = 0;
   for (int i = 0; i < 4; ++i) {
-    ASSERT_EQ(one["records"][i]["outcome"], "done");
+    ASSERT_EQ(one["records"][i]["outcome"], four["records"][i]["outcome"]);
+    ASSERT_EQ(one["records"][i]["reason"], four["records"][i]["reason"]);
+    if (one["records"][i]["outcome"] != "done") continue;
+    ++done;
     const std::string name = "00" + std::to_string(i) + ".json";
     const std::string text = planMember(textOf(folder_ / "one" / name));
     EXPECT_GT(text.size(), 1000u);
     EXPECT_EQ(text, planMember(textOf(folder_ / "four" / name))) << name;
   }
+  EXPECT_GE(done, 3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shipped, EveryCell,

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dense_search.hpp"
 
-#include "core/planning/exchange.hpp"
+#include "core/planning/arm_selection.hpp"
+#include "core/planning/scene_validity.hpp"
 #include "core/planning/stage_timing.hpp"
+#include "core/planning/transport_motions.hpp"
 #include "random_order.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <stdexcept>
+#include <string>
 
 namespace handover::dense {
 namespace {
@@ -25,7 +29,7 @@ constexpr std::uint32_t kMoreIterations = 100;
 /// One giver arm with one receiver arm, and its part of the grid: points x rotations x places.
 struct Pairing {
   Manipulator giver, receiver;
-  std::unique_ptr<ExchangePlanner> exchange, thorough;
+  std::unique_ptr<TransportMotions> motions, thorough;
   PrunedGrasps picks, places;
   std::vector<Eigen::Vector3d> points;       ///< of the receiver's tool, in the world
   std::vector<Eigen::Matrix3d> from_paper;   ///< turns and tilts, applied to the paper's rotation
@@ -42,9 +46,9 @@ struct Pairing {
 double handsApart(const Pairing& pairing) {
   double most = 0;
   for (const FeasibleGrasp& pick : pairing.picks.kept) {
-    const Grasp& given = pairing.giver.grasps->grasps[static_cast<std::size_t>(pick.grasp)];
+    const Grasp& given = pairing.giver.grasp(pick.grasp);
     for (const FeasibleGrasp& place : pairing.places.kept) {
-      const Grasp& taken = pairing.receiver.grasps->grasps[static_cast<std::size_t>(place.grasp)];
+      const Grasp& taken = pairing.receiver.grasp(place.grasp);
       most = std::max(most, (given.X_OT.translation() - taken.X_OT.translation()).norm());
     }
   }
@@ -96,7 +100,7 @@ Eigen::Matrix3d rotation(double angle, const Eigen::Vector3d& axis) {
   return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
 }
 
-void setGrid(const HandoverProblem& problem, Pairing& pairing) {
+void setGrid(const TransportProblem& problem, Pairing& pairing) {
   const Manipulator& receiver = pairing.receiver;
   const Eigen::Vector3d& approach_T = receiver.arm_model->approach_axis;
   const Eigen::Vector3d z = (pairing.giver.map.p_WShoulder - receiver.map.p_WShoulder).normalized();
@@ -120,51 +124,44 @@ void setGrid(const HandoverProblem& problem, Pairing& pairing) {
     }
   }
   for (const FeasibleGrasp& place : pairing.places.kept) {
-    const Grasp& grasp = receiver.grasps->grasps[static_cast<std::size_t>(place.grasp)];
-    const Pose X_WT_goal = problem.task.X_WO_goal * grasp.X_OT;
+    const Pose X_WT_goal = problem.task.X_WO_goal * receiver.grasp(place.grasp).X_OT;
     pairing.R_WTr_paper.push_back(handoverRotation(
         X_WT_goal.linear(), approach_T, pairing.giver.map.p_WShoulder, receiver.map.p_WShoulder));
   }
 }
 
+/// Whether the giver's arm reaches any of its grasps; asked of the arm alone, as maps have holes.
+bool giverReaches(const Pairing& pairing, const Pose& X_WH) {
+  return std::any_of(pairing.picks.kept.begin(), pairing.picks.kept.end(),
+                     [&](const FeasibleGrasp& pick) {
+                       return pairing.giver.reaches(X_WH * pairing.giver.grasp(pick.grasp).X_OT);
+                     });
+}
+
+TransportProblem withMoreIterations(TransportProblem problem) {
+  problem.settings.free_motion.rrt_iterations *= kMoreIterations;
+  return problem;
+}
+
+void requireTwoHolders(const SceneTask& task) {
+  if (task.chain.size() == 2) return;
+  const std::string has =
+      task.chain.empty() ? "leaves the chain open" : "has " + std::to_string(task.chain.size());
+  throw std::runtime_error("a dense search needs a chain of two holders; the task " + has);
+}
+
 class DenseSearch {
  public:
-  explicit DenseSearch(const HandoverProblem& problem)
+  explicit DenseSearch(const TransportProblem& problem)
       : problem_(problem), world_(problem.collision), spare_world_(problem.collision) {
-    const int giver = problem.scene->findRobot(problem.task.giver);
-    const int receiver = problem.scene->findRobot(problem.task.receiver);
-    const auto fitArms = [&](int robot, const std::string& only) {
-      std::vector<int> arms;
-      const RobotModel& model = *problem.scene->robots[static_cast<std::size_t>(robot)].model;
-      for (int arm = 0; arm < static_cast<int>(model.arms.size()); ++arm) {
-        const std::string& name = model.arms[static_cast<std::size_t>(arm)].name;
-        if ((only.empty() || only == name) && unfitReason(problem, robot, arm).empty()) {
-          arms.push_back(arm);
-        }
-      }
-      return arms;
-    };
-    ExchangeBudget more;
-    more.rrt_iterations *= kMoreIterations;
-    for (const int g : fitArms(giver, problem.giver_arm)) {
-      for (const int r : fitArms(receiver, problem.receiver_arm)) {
-        auto pairing = std::make_unique<Pairing>();
-        pairing->giver = makeManipulator(problem, giver, g);
-        pairing->receiver = makeManipulator(problem, receiver, r);
-        const auto planner = [&](const ExchangeBudget& budget) {
-          return std::make_unique<ExchangePlanner>(problem, pairing->giver, pairing->receiver,
-                                                   world_, spare_world_, budget, never_);
-        };
-        pairing->exchange = planner({});
-        pairing->thorough = planner(more);
-        pairing->picks = pairing->exchange->pruneGiverAtStart(kThoroughPruning);
-        pairing->places = pairing->exchange->pruneReceiverAtGoal(kThoroughPruning);
-        answer_.giver_grasps |= !pairing->picks.kept.empty();
-        answer_.receiver_grasps |= !pairing->places.kept.empty();
-        if (pairing->picks.kept.empty() || pairing->places.kept.empty()) continue;
-        setGrid(problem, *pairing);
-        answer_.grid += pairing->size();
-        pairings_.push_back(std::move(pairing));
+    requireTwoHolders(problem_.task);
+    answer_.invalid = checkScene(problem_, world_, problem_.task);
+    if (answer_.invalid) return;
+    more_ = withMoreIterations(problem_);
+    const SceneTask& task = problem_.task;
+    for (const ChainHolder& g : fitArms(problem_, task.held_by.value_or(task.chain.front()))) {
+      for (const ChainHolder& r : fitArms(problem_, task.chain.back())) {
+        if (!(g == r)) addPairing(g, r);
       }
     }
   }
@@ -184,6 +181,27 @@ class DenseSearch {
   }
 
  private:
+  void addPairing(const ChainHolder& g, const ChainHolder& r) {
+    auto pairing = std::make_unique<Pairing>();
+    pairing->giver = makeManipulator(problem_, g.robot, g.arm);
+    pairing->receiver = makeManipulator(problem_, r.robot, r.arm);
+    const auto motionsFor = [&](const TransportProblem& problem) {
+      const std::vector<const Manipulator*> holders{&pairing->giver, &pairing->receiver};
+      return std::make_unique<TransportMotions>(problem, holders, world_, spare_world_, never_);
+    };
+    pairing->motions = motionsFor(problem_);
+    pairing->thorough = motionsFor(more_);
+    const PruneEffort& effort = problem_.settings.thorough_pruning;
+    pairing->picks = pairing->motions->pruneFirstAtStart(effort);
+    pairing->places = pairing->motions->pruneLastAtGoal(effort);
+    answer_.giver_grasps |= !pairing->picks.kept.empty();
+    answer_.receiver_grasps |= !pairing->places.kept.empty();
+    if (pairing->picks.kept.empty() || pairing->places.kept.empty()) return;
+    setGrid(problem_, *pairing);
+    answer_.grid += pairing->size();
+    pairings_.push_back(std::move(pairing));
+  }
+
   void tryPose(std::uint64_t number) {
     std::size_t p = 0;
     while (number >= pairings_[p]->size()) number -= pairings_[p++]->size();
@@ -194,7 +212,7 @@ class DenseSearch {
     const auto point_index = static_cast<std::size_t>(number / pairing.rotations());
 
     const FeasibleGrasp& place = pairing.places.kept[place_index];
-    const Grasp& grasp = pairing.receiver.grasps->grasps[static_cast<std::size_t>(place.grasp)];
+    const Grasp& grasp = pairing.receiver.grasp(place.grasp);
     Pose X_WTr = Pose::Identity();
     X_WTr.translation() = pairing.points[point_index];
     X_WTr.linear() =
@@ -208,30 +226,30 @@ class DenseSearch {
       ++answer_.counts.receiver_reaches_not;
       return;
     }
-    if (!pairing.exchange->giverReaches(X_WH, pairing.picks)) {
+    if (!giverReaches(pairing, X_WH)) {
       ++answer_.counts.giver_reaches_not;
       return;
     }
-    PrunedGrasps receive = pairing.exchange->pruneReceiverAt(X_WH, place);
+    PrunedGrasps receive = pairing.motions->pruneReceiverAt(0, X_WH, place);
     if (receive.kept.empty()) {
       ++answer_.counts.receiver_touches;
       return;
     }
-    if (!pairing.exchange->keepReachable(X_WH, receive.kept.front())) {
+    FeasibleGrasp& received = receive.kept.front();
+    if (!pairing.motions->keepApproachable(0, X_WH, received)) {
       ++answer_.counts.receiver_comes_not;
       return;
     }
-    const PrunedGrasps give =
-        pairing.exchange->pruneGiverAt(X_WH, receive.kept.front(), pairing.picks);
+    const PrunedGrasps give = pairing.motions->pruneGiverAt(0, X_WH, received, pairing.picks);
     if (give.kept.empty()) {
       ++answer_.counts.giver_touches;
       return;
     }
     ++answer_.counts.held_by_both;
     for (const FeasibleGrasp& given : give.kept) {
-      const HandoverTuple tuple{X_WH, place, receive.kept.front(), *pairing.picks.find(given.grasp),
-                                given};
-      const Connected connected = connects(pairing, *pairing.exchange, tuple, answer_.tuples);
+      const TransportTuple tuple{{X_WH},
+                                 {{*pairing.picks.find(given.grasp), given}, {received, place}}};
+      const Connected connected = connects(pairing, *pairing.motions, tuple, answer_.tuples);
       if (connected == Connected::kYes) return;
       if (connected == Connected::kNoMotion && again_.size() < kTriedAgain) {
         again_.emplace_back(&pairing, tuple);
@@ -241,26 +259,30 @@ class DenseSearch {
 
   enum class Connected { kYes, kNoHands, kNoMotion };
 
-  Connected connects(Pairing& pairing, ExchangePlanner& planner, const HandoverTuple& tuple,
-                     RejectTally& rejects) {
-    const auto connected = planner.connect(tuple);
-    if (const auto* failure = std::get_if<ExchangePlanner::Failure>(&connected)) {
-      rejects.add(failure->at);
-      return failure->at == ExchangePlanner::kHands ? Connected::kNoHands : Connected::kNoMotion;
+  Connected connects(const Pairing& pairing, TransportMotions& motions, const TransportTuple& tuple,
+                     CauseTally& rejects) {
+    const auto connected = motions.connect(tuple);
+    if (const auto* failure = std::get_if<MotionFailure>(&connected)) {
+      rejects.add(failure->cause, failure->stage, failure->pair);
+      return failure->cause == Cause::kHandsMeet ? Connected::kNoHands : Connected::kNoMotion;
     }
-    const Exchange& exchange = std::get<Exchange>(connected);
-    const auto timed = timeStages(problem_, planner.checkers(), exchange, 0);
-    if (const auto* failure = std::get_if<TimingFailure>(&timed)) {
-      rejects.add("timing " + failure->stage);
+    const auto timed = timeStages(problem_, motions.context(), std::get<TransportPath>(connected));
+    if (const auto* failure = std::get_if<MotionFailure>(&timed)) {
+      rejects.add(failure->cause, failure->stage, failure->pair);
       return Connected::kNoMotion;
     }
-    FoundPlan& plan = answer_.plan.emplace();
-    plan.giver_arm = pairing.giver.armName();
-    plan.receiver_arm = pairing.receiver.armName();
-    plan.giver_grasp = tuple.give.grasp;
-    plan.receiver_grasp = tuple.receive.grasp;
-    const auto grasp = static_cast<std::size_t>(tuple.receive.grasp);
-    const Pose X_WTr = tuple.X_WH * pairing.receiver.grasps->grasps[grasp].X_OT;
+    answer_.plan = foundPlan(pairing, tuple);
+    return Connected::kYes;
+  }
+
+  static FoundPlan foundPlan(const Pairing& pairing, const TransportTuple& tuple) {
+    const HolderGrasp& received = tuple.holders.back();
+    FoundPlan plan;
+    plan.giver = pairing.giver.name();
+    plan.receiver = pairing.receiver.name();
+    plan.giver_grasp = tuple.holders.front().give.grasp;
+    plan.receiver_grasp = received.take.grasp;
+    const Pose X_WTr = tuple.X_WH.front() * pairing.receiver.grasp(plan.receiver_grasp).X_OT;
     plan.p_WTr = X_WTr.translation();
     const PlacedMap &map_g = pairing.giver.map, &map_r = pairing.receiver.map;
     plan.from_midpoint = (plan.p_WTr - 0.5 * (map_g.p_WShoulder + map_r.p_WShoulder)).norm();
@@ -272,24 +294,25 @@ class DenseSearch {
     // What is left when the tilt is undone is a turn about z_shoulder.
     const Eigen::Matrix3d R_upright =
         Eigen::Quaterniond::FromTwoVectors(approach_W, z) * X_WTr.linear();
-    const auto place = static_cast<std::size_t>(pairing.places.find(tuple.place.grasp) -
+    const auto place = static_cast<std::size_t>(pairing.places.find(received.give.grasp) -
                                                 pairing.places.kept.data());
     const Eigen::AngleAxisd turn(R_upright * pairing.R_WTr_paper[place].transpose());
     plan.turn = turn.angle() * (turn.axis().dot(z) < 0 ? -1 : 1);
-    return Connected::kYes;
+    return plan;
   }
 
-  const HandoverProblem& problem_;
+  TransportProblem problem_;  ///< its task's rests are found here
+  TransportProblem more_;     ///< the same with the larger budget
   const Deadline never_;
   CollisionWorld world_, spare_world_;
   std::vector<std::unique_ptr<Pairing>> pairings_;
-  std::vector<std::pair<Pairing*, HandoverTuple>> again_;
+  std::vector<std::pair<Pairing*, TransportTuple>> again_;
   DenseAnswer answer_;
 };
 
 }  // namespace
 
-DenseAnswer searchDensely(const HandoverProblem& problem, std::uint64_t most_poses) {
+DenseAnswer searchDensely(const TransportProblem& problem, std::uint64_t most_poses) {
   return DenseSearch(problem).run(most_poses);
 }
 

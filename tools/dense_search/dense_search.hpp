@@ -3,17 +3,16 @@
 // motions but not its choice of handover poses.
 #pragma once
 
-#include "core/planning/planner.hpp"
-#include "core/planning/reject_tally.hpp"
+#include "core/planning/cause_tally.hpp"
+#include "core/planning/transport_problem.hpp"
 
 #include <optional>
-#include <string>
 
 namespace handover::dense {
 
 /// A plan's handover, beside the paper's choice.
 struct FoundPlan {
-  std::string giver_arm, receiver_arm;
+  ArmName giver, receiver;
   int giver_grasp = -1, receiver_grasp = -1;
   Eigen::Vector3d p_WTr = Eigen::Vector3d::Zero();  ///< the receiver's tool
   double from_midpoint = 0;  ///< of the tool to the midpoint of the shoulders [m]
@@ -35,15 +34,18 @@ struct DenseAnswer {
   std::uint64_t poses = 0;  ///< looked at
   std::uint64_t grid = 0;   ///< poses there are
   PoseCounts counts;
-  RejectTally tuples;        ///< of poses held by both hands: where their motions ended
-  RejectTally tuples_again;  ///< the same with the larger budget
+  CauseTally tuples;        ///< of poses held by both hands: where their motions ended
+  CauseTally tuples_again;  ///< the same with the larger budget
   bool giver_grasps = false, receiver_grasps = false;  ///< at the start; at the goal
+  /// The object cannot stand at its start or its goal: no pose was looked at.
+  std::optional<Failed> invalid;
 };
 
 /// Looks at up to `most_poses` poses of a grid, in a random order that the problem's seed decides:
 /// every pair of arms; the receiver's tool on a 2.5 cm lattice over the overlap of what the arms
 /// reach; the paper's rotation turned by 15 degrees and tilted by up to 50, and 72 rotations evenly
 /// over all; every grasp that the receiver can place with. Ends at the first plan.
-DenseAnswer searchDensely(const HandoverProblem& problem, std::uint64_t most_poses);
+/// @throws std::runtime_error for chains of other than two holders.
+DenseAnswer searchDensely(const TransportProblem& problem, std::uint64_t most_poses);
 
 }  // namespace handover::dense

@@ -25,21 +25,23 @@ Json readExperiment(const std::string& file) {
   std::ifstream in(file);
   if (!in) throw std::runtime_error("cannot read " + file);
   Json experiment = Json::parse(in);
-  if (experiment.value("format", "") != "handover-experiment/1") {
-    throw std::runtime_error(file + " is no handover-experiment/1 file");
+  if (experiment.value("format", "") != "handover-experiment/2") {
+    throw std::runtime_error(file + " is no handover-experiment/2 file");
   }
   return experiment;
 }
 
-HandoverProblem problemOf(CellService& service, const std::string& cell, const Json& record) {
+TransportProblem problemOf(CellService& service, const Json& experiment, const Json& record,
+                           const std::string& task) {
   PlanRequest request;
   request.id = RequestId::random();
   request.client_id = "dense_search";
-  request.cell = cell;
+  request.cell = experiment.at("cell");
+  request.task = task;
   request.seed = record.at("seed");
   request.overrides = ctl::overridesOf(record.at("drawn"));
   auto problem = service.problemOf(request, Deadline());
-  if (auto* ready = std::get_if<HandoverProblem>(&problem)) return std::move(*ready);
+  if (auto* ready = std::get_if<TransportProblem>(&problem)) return std::move(*ready);
   std::string why = "run " + record.at("index").dump() + " is no request that can be planned";
   if (const auto* rejected = std::get_if<Rejected>(&std::get<Outcome>(problem))) {
     for (const Fault& fault : rejected->faults) why += "; " + fault.field + ": " + fault.message;
@@ -47,9 +49,9 @@ HandoverProblem problemOf(CellService& service, const std::string& cell, const J
   throw std::runtime_error(why);
 }
 
-bool plannerSolves(const HandoverProblem& problem) {
+bool plannerSolves(const TransportProblem& problem) {
   test::Recorder recorder;
-  return std::holds_alternative<Done>(planHandover(problem, recorder, Deadline()));
+  return std::holds_alternative<Done>(planTransport(problem, recorder, Deadline()));
 }
 
 std::string text(const char* format, auto... values) {
@@ -60,11 +62,21 @@ std::string text(const char* format, auto... values) {
 
 double degrees(double angle) { return angle * 180 / M_PI; }
 
-void print(const char* what, const RejectTally& tally) {
+std::string text(const ArmName& name) { return name.robot + "/" + name.arm; }
+
+void print(const char* what, const CauseTally& tally) {
   if (tally.total() == 0) return;
-  std::cout << "      " << what;
-  for (const RejectCount& count : tally.counts()) {
-    std::cout << "  " << count.cause << ' ' << count.count;
+  std::cout << "      " << what << ':';
+  for (const CauseCount& count : tally.counts()) {
+    std::cout << "  " << toString(count.cause);
+    if (count.stage) {
+      std::cout << " (holder " << count.stage->holder << ", " << toString(count.stage->action)
+                << ')';
+    }
+    const auto& [one, other] = count.pair;
+    if (!one.empty()) std::cout << ' ' << one;
+    if (!other.empty()) std::cout << " - " << other;
+    std::cout << ' ' << count.count;
   }
   std::cout << '\n';
 }
@@ -76,7 +88,7 @@ void print(const Json& record, const DenseAnswer& answer, double seconds) {
                                    : record.at("outcome").get<std::string>())
             << "  " << record.at("drawn").dump() << "\n    ";
   if (const auto& plan = answer.plan) {
-    std::cout << "solved by dense search: " << plan->giver_arm << " -> " << plan->receiver_arm
+    std::cout << "solved by dense search: " << text(plan->giver) << " -> " << text(plan->receiver)
               << text(
                      ", receiver's tool at (%.3f, %.3f, %.3f), %.2f m from the midpoint of the "
                      "shoulders, tilt %.0f deg, turn %.0f deg",
@@ -93,6 +105,10 @@ void print(const Json& record, const DenseAnswer& answer, double seconds) {
     if (answer.poses == answer.grid) std::cout << ", infeasible on this grid";
   }
   std::cout << " of " << answer.grid << text(" (%.1f s)", seconds) << '\n';
+  if (answer.invalid) {
+    std::cout << "      " << answer.invalid->explanation.text << std::endl;
+    return;
+  }
   if (!answer.giver_grasps) std::cout << "      no grasp of the giver at the start\n";
   if (!answer.receiver_grasps) std::cout << "      no grasp of the receiver at the goal\n";
   const PoseCounts& counts = answer.counts;
@@ -109,11 +125,12 @@ void print(const Json& record, const DenseAnswer& answer, double seconds) {
 int run(int argc, char** argv) {
   CLI::App app{"Plans an experiment's failures again over a dense grid of handover poses",
                "dense_search"};
-  std::string file, root;
+  std::string file, root, task;
   bool again = false;
   std::uint64_t poses = kPoses;
   std::optional<int> only;
   app.add_option("EXPERIMENT", file, "What handoverctl experiment --output wrote")->required();
+  app.add_option("--task", task, "The experiment's, which its file does not name");
   app.add_option("--poses", poses, "Handover poses looked at in each run, at most")
       ->capture_default_str();
   app.add_option("--run", only, "This run alone, by its index");
@@ -131,7 +148,7 @@ int run(int argc, char** argv) {
       continue;
     }
     if (only && record.at("index") != *only) continue;
-    const HandoverProblem problem = problemOf(service, cell, record);
+    const TransportProblem problem = problemOf(service, experiment, record, task);
     if (again && plannerSolves(problem)) {
       std::cout << "run " << record.at("index") << "  the planner solves it now" << std::endl;
       ++planned;

@@ -38,7 +38,7 @@ struct Joint {
   double lower = 0, upper = 0;
   bool continuous = false;  ///< it turns without end; planned within lower and upper all the same
   double velocity = 0, acceleration = 0;
-  double jerk = 0;  ///< [rad/s^3]
+  double jerk = 0;     ///< [rad/s^3]
   int dof = -1;        ///< index in RobotVector; of the master for a mimic joint
   bool mimic = false;  ///< position = multiplier * q[dof] + offset; a
                        ///< mimic of a mimic is resolved to the master
@@ -53,10 +53,10 @@ struct Link {
 
 /// A suction gripper: a cup without joints.
 struct Suction {
-  int cup_link = -1;                               ///< rigid with the tool link
+  int cup_link = -1;                                ///< rigid with the tool link
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in the cup link, towards the object
-  double radius = 0;                               ///< of the seal [m]
-  double engage_s = 0;                             ///< until the vacuum holds, or is gone [s]
+  double radius = 0;                                ///< of the seal [m]
+  double engage_s = 0;                              ///< until the vacuum holds, or is gone [s]
 };
 
 /// A hand: its finger joints, and where they start to close and to where they may.

@@ -264,10 +264,17 @@ bool ChainSearch::tryPose(std::size_t handover, Node& node, const Pose& X_WH,
     std::stable_sort(gives.begin(), gives.end(), [](const auto* a, const auto* b) {
       return a->manipulability > b->manipulability;
     });
-    if (gives.size() > settings_.inner_tuples) gives.resize(settings_.inner_tuples);
+    if (gives.size() > settings_.inner_gives) gives.resize(settings_.inner_gives);
+    std::size_t followed = 0;
     for (const FeasibleGrasp* given : gives) {
+      if (followed == settings_.inner_tuples) break;
       Node inner{tuple, given, X_WH, nullptr};
       inner.tuple.holders[handover].give = *given;
+      if (!motions_.handsMeet(handover, inner.tuple)) {
+        rejects_.add(Cause::kHandsMeet);
+        continue;
+      }
+      ++followed;
       if (searchInner(handover - 1, inner)) return true;
       if (spent() || state_.over()) return false;
     }

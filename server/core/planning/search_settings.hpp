@@ -76,6 +76,7 @@ struct SearchSettings {
   // Of the handovers before a chain's last one: per grasp of the receiver where it gives the object
   // on, poses and grasps of the giver that are followed up; in all; and how often a grasp may fail.
   std::uint32_t inner_poses = 200;
+  std::size_t inner_gives = 16;  ///< grasps of the giver looked at, whether both hands fit
   std::size_t inner_tuples = 3;
   std::uint32_t most_inner_poses = 10'000;
   std::uint32_t inner_failures = 2;

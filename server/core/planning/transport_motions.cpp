@@ -341,11 +341,16 @@ std::optional<TransportMotions::DualGrasp> TransportMotions::dualGrasp(
   return std::nullopt;
 }
 
+bool TransportMotions::handsMeet(std::size_t handover, const TransportTuple& tuple) {
+  return dualGrasp(handover, tuple).has_value();
+}
+
 // ---- between
 
 CellState TransportMotions::stateBefore(std::size_t holder, const TransportTuple& tuple) const {
   CellState state = start_;
   for (std::size_t k = 0; k < holder; ++k) {
+    if (tuple.holders[k].take.grasp < 0) continue;  // not chosen yet
     RobotVector& q = state.of(at(k));
     q = at(k).withFingers(std::move(q), at(k).grasp(tuple.holders[k].take.grasp).open);
   }

@@ -57,6 +57,10 @@ class TransportMotions {
   /// the giver out of the way; false, nothing changed, if none has.
   bool keepApproachable(std::size_t handover, const Pose& X_WH, FeasibleGrasp& receive);
 
+  /// Whether both hands can be at the object at a handover, come and leave, whatever comes before.
+  /// @param tuple  set from the giver's give and the receiver's take on.
+  bool handsMeet(std::size_t handover, const TransportTuple& tuple);
+
   /// All motions of a tuple, or the stage at which none was found.
   std::variant<TransportPath, MotionFailure> connect(const TransportTuple& tuple);
 

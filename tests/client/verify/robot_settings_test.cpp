@@ -74,6 +74,14 @@ TEST_F(SettingsFile, AGripperIsKnownByItsJointsToo) {
   EXPECT_EQ(bounds(yaml, "wrist").acceleration, std::nullopt);
 }
 
+TEST_F(SettingsFile, AnArmsJointIsNoGrippersWhateverIsNamedLikeIt) {
+  const std::string yaml =
+      "arms: {left: {group: the_arm, acceleration: 2}}\n"
+      "hands: {h: {palm_link: palm, mount: wrist, acceleration: 5}}\n";
+  EXPECT_EQ(bounds(yaml, "wrist").acceleration, 2);
+  EXPECT_EQ(bounds(yaml, "thumb").acceleration, 5);
+}
+
 TEST_F(SettingsFile, SaysNothingOfWhatItDoesNotName) {
   EXPECT_EQ(bounds("version: 1", "waist").acceleration, std::nullopt);
   EXPECT_EQ(bounds("version: 1", "waist").jerk, std::nullopt);

@@ -52,15 +52,15 @@ std::vector<std::string> jointsOfGroup(const Robot& robot, const std::string& na
 TEST(ShippedRobots, CrichtonHasTwoArmsOfSevenAndHandsOfSeven) {
   const Robot robot = shipped("crichton");
   for (const std::string side : {"left", "right"}) {
-    EXPECT_THAT(jointsOfGroup(robot, side + "_arm"), SizeIs(7));
-    EXPECT_EQ(jointsOfGroup(robot, side + "_arm").front(), side + "_L1_joint");
+    EXPECT_THAT(jointsOfGroup(robot, side), SizeIs(7));
+    EXPECT_EQ(jointsOfGroup(robot, side).front(), side + "_L1_joint");
     EXPECT_THAT(jointsOfGroup(robot, side + "_hand"), SizeIs(7));  // an eighth follows the knuckle
   }
 }
 
 TEST(ShippedRobots, HubosArmsAreThoseOfItsSrdf) {
   const Robot robot = shipped("hubo");
-  EXPECT_THAT(jointsOfGroup(robot, "left_arm"),
+  EXPECT_THAT(jointsOfGroup(robot, "left"),
               ElementsAre("LSP", "LSR", "LSY", "LEP", "LWY", "LWP", "LWR"));
   EXPECT_THAT(jointsOfGroup(robot, "left_hand"), SizeIs(9));
   EXPECT_THAT(jointsOfGroup(robot, "right_hand"), SizeIs(12));
@@ -81,9 +81,9 @@ void expectBounds(const std::string& name, const std::string& group, double acce
 
 TEST(ShippedRobots, AreRunAsTheirYamlFilesSay) {
   for (const std::string side : {"left", "right"}) {
-    expectBounds("crichton", side + "_arm", 0.4);
+    expectBounds("crichton", side, 0.4);
     expectBounds("crichton", side + "_hand", 5);
-    expectBounds("hubo", side + "_arm", 0.8);
+    expectBounds("hubo", side, 0.8);
     expectBounds("hubo", side + "_hand", 5);
   }
 }

@@ -164,8 +164,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "6: robots.left.base.frame: 'shelf' is neither world, an object, a robot nor "
                 "robot/link"},
         BadCell{"base_on_its_own_tray", "base: {xyz: [2, 0, 0], rpy_deg: [0, 0, 180]}",
-                "base: {frame: tray}",
-                "12: robots.right.base.frame: cyclic frame reference"},
+                "base: {frame: tray}", "12: robots.right.base.frame: cyclic frame reference"},
         BadCell{"two_numbers", "xyz: [0, 0, 0]", "xyz: [0, 0]",
                 "6: robots.left.base.xyz: must be a list of three numbers"},
         BadCell{"nan", "xyz: [0, 0, 0]", "xyz: [0, .nan, 0]",
@@ -205,8 +204,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "24: objects.cup.pose.frame: 'desk' is neither world, an object, a robot nor "
                 "robot/link"},
         BadCell{"frame_circle", "pose: {xyz: [1, 1, 0.25], rpy_deg: [0, 0, 90]}",
-                "pose: {frame: cup}",
-                "17: objects.table.pose.frame: cyclic frame reference"},
+                "pose: {frame: cup}", "17: objects.table.pose.frame: cyclic frame reference"},
         BadCell{"attached_link", "link: palm, pose", "link: hand, pose",
                 "21: objects.tray.attached_to.link: link 'hand' is not in robot 'tiny'"},
         BadCell{"attached_robot", "robot: right, link", "robot: nobody, link",

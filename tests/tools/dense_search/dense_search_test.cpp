@@ -25,8 +25,8 @@ class DenseSearch : public testing::Test {
                {"XDG_CACHE_HOME=" HANDOVER_BINARY_DIR "/test-cache"}, 100s);
   }
 
-  static json experimentOf(const std::vector<json>& records) {
-    return {{"format", "handover-experiment/1"}, {"cell", "butler"}, {"records", records}};
+  static json experimentOf(const std::vector<json>& records, const std::string& cell = "butler") {
+    return {{"format", "handover-experiment/2"}, {"cell", cell}, {"records", records}};
   }
 
   static json failedRun(const json& drawn) {
@@ -45,7 +45,7 @@ TEST_F(DenseSearch, FindsAPlanWhereThereAreMany) {
       search(experimentOf({failedRun({{"robots.hubo.base.xyz", {1.18, -0.2, 0.98}}}),
                            {{"index", 1}, {"outcome", "done"}}}));
   ASSERT_EQ(found.status, 0) << found.err;
-  EXPECT_THAT(found.out, HasSubstr("solved by dense search: right -> left"));
+  EXPECT_THAT(found.out, HasSubstr("solved by dense search: crichton/right -> hubo/left"));
   EXPECT_THAT(found.out, HasSubstr("solves 1 of 1 failures; the planner solved 1 of 2"));
 }
 
@@ -57,10 +57,26 @@ TEST_F(DenseSearch, FindsNoneForAReceiverThreeMetresAway) {
   EXPECT_THAT(none.out, HasSubstr("solves 0 of 1 failures"));
 }
 
+TEST_F(DenseSearch, SaysThatTheGoalIsInTheAir) {
+  const Finished none = search(experimentOf({failedRun({{"tasks.serve.goal.xyz", {0, 0, 0.2}}})}));
+  ASSERT_EQ(none.status, 0) << none.err;
+  EXPECT_THAT(none.out, HasSubstr("no plan in 0 poses, infeasible on this grid"));
+  EXPECT_THAT(none.out, HasSubstr("At its goal cup rests on nothing"));
+}
+
+TEST_F(DenseSearch, RefusesChainsOfOtherThanTwo) {
+  for (const auto& [cell, holders] : {std::pair("pick_place", "has 1"), {"relay", "has 3"}}) {
+    const Finished refused = search(experimentOf({failedRun(json::object())}, cell));
+    EXPECT_EQ(refused.status, 1) << cell;
+    EXPECT_THAT(refused.err,
+                HasSubstr(std::string("needs a chain of two holders; the task ") + holders));
+  }
+}
+
 TEST_F(DenseSearch, RefusesAnotherSortOfFile) {
   const Finished refused = search({{"format", "handover-plan/1"}});
   EXPECT_EQ(refused.status, 1);
-  EXPECT_THAT(refused.err, HasSubstr("is no handover-experiment/1 file"));
+  EXPECT_THAT(refused.err, HasSubstr("is no handover-experiment/2 file"));
 }
 
 }  // namespace

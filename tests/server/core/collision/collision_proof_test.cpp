@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The worked case of docs/collision_proof.md: the same numbers.
 #include "core/collision/gjk.hpp"
-#include "core/collision/rigid_groups.hpp"
 #include "core/collision/narrow_phase.hpp"
+#include "core/collision/rigid_groups.hpp"
 #include "core/collision/state_checker.hpp"
 #include "jointed_bodies.hpp"
 

@@ -3,8 +3,8 @@
 // to prove the motion free, past the point where it is `proven` it has to refuse it
 // (docs/collision_proof.md).
 #include "core/collision/narrow_phase.hpp"
-#include "core/collision/state_checker.hpp"
 #include "core/collision/robot_pair_checker.hpp"
+#include "core/collision/state_checker.hpp"
 #include "jointed_bodies.hpp"
 
 #include <gtest/gtest.h>

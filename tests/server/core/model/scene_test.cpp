@@ -133,7 +133,9 @@ TEST(SceneHash, ChangesWithEverythingThatCanChangeAPlan) {
       [](Case& c) { c.task.chain[0].arm = 1; },
       [](Case& c) { c.task.chain.pop_back(); },
       [](Case& c) { c.task.end = TransportEnd::kHold; },
-      [](Case& c) { c.task.held_by = ChainHolder{0, 0}; },
+      [](Case& c) {
+        c.task.held_by = ChainHolder{0, 0};
+      },
       [](Case& c) { c.model.joints[0].jerk = 31; },
   };
   std::set<std::string> hashes{Case().hash()};

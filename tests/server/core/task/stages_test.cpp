@@ -78,9 +78,9 @@ TEST(Stages, OfOneHolderArePickAndPlace) {
 TEST(Stages, OfThreeHoldersHaveTwoHandovers) {
   EXPECT_THAT(
       listOf({3, false, TransportEnd::kRelease}),
-      ElementsAre("0 reach", "0 approach", "0 grasp", "0 lift", "0 carry",              //
+      ElementsAre("0 reach", "0 approach", "0 grasp", "0 lift", "0 carry",                 //
                   "1 reach", "1 approach", "1 grasp", "0 release", "0 retreat", "0 home",  //
-                  "1 carry",                                                             //
+                  "1 carry",                                                               //
                   "2 reach", "2 approach", "2 grasp", "1 release", "1 retreat", "1 home",  //
                   "2 carry", "2 place", "2 release", "2 retreat", "2 home"));
 }
@@ -88,11 +88,11 @@ TEST(Stages, OfThreeHoldersHaveTwoHandovers) {
 TEST(Stages, OfFourHoldersThatEndInTheHand) {
   EXPECT_THAT(
       listOf({4, false, TransportEnd::kHold}),
-      ElementsAre("0 reach", "0 approach", "0 grasp", "0 lift", "0 carry",              //
+      ElementsAre("0 reach", "0 approach", "0 grasp", "0 lift", "0 carry",                 //
                   "1 reach", "1 approach", "1 grasp", "0 release", "0 retreat", "0 home",  //
-                  "1 carry",                                                             //
+                  "1 carry",                                                               //
                   "2 reach", "2 approach", "2 grasp", "1 release", "1 retreat", "1 home",  //
-                  "2 carry",                                                             //
+                  "2 carry",                                                               //
                   "3 reach", "3 approach", "3 grasp", "2 release", "2 retreat", "2 home",  //
                   "3 carry"));
 }
@@ -111,16 +111,14 @@ TEST(Stages, RefuseChainsOfNobody) {
 }
 
 TEST(Stages, HoldFromTheEndOfAGraspToTheEndOfARelease) {
-  EXPECT_THAT(holdersBefore(kHandover),
-              ElementsAre("", "", "", "0", "0", "0", "0", "0", "0 1", "1", "1", "1", "1", "1", "",
-                          ""));
+  EXPECT_THAT(holdersBefore(kHandover), ElementsAre("", "", "", "0", "0", "0", "0", "0", "0 1", "1",
+                                                    "1", "1", "1", "1", "", ""));
 }
 
 TEST(AllowedContacts, OfThePapersHandoverFollowFromTheObjectsState) {
-  EXPECT_THAT(contactsOf(kHandover),
-              ElementsAre("", "", "0 start", "0 start", "0",  //
-                          "0", "0", "0 1", "0 1", "1", "1",   //
-                          "1", "1 goal", "1 goal", "", ""));
+  EXPECT_THAT(contactsOf(kHandover), ElementsAre("", "", "0 start", "0 start", "0",  //
+                                                 "0", "0", "0 1", "0 1", "1", "1",   //
+                                                 "1", "1 goal", "1 goal", "", ""));
 }
 
 TEST(AllowedContacts, OfAPickAndPlaceNameBothRests) {
@@ -141,10 +139,9 @@ TEST(AllowedContacts, LastForTheFirstPartOfARetreat) {
 }
 
 TEST(Precedence, OfThePapersHandover) {
-  EXPECT_THAT(precedences(kHandover, {0, 1}),
-              ElementsAre("", "0", "1", "2", "3",                //
-                          "", "5", "4 6", "4 7", "8", "9",       //
-                          "7 9c", "11", "12", "13", "14"));
+  EXPECT_THAT(precedences(kHandover, {0, 1}), ElementsAre("", "0", "1", "2", "3",           //
+                                                          "", "5", "4 6", "4 7", "8", "9",  //
+                                                          "7 9c", "11", "12", "13", "14"));
 }
 
 TEST(Precedence, LetsAnArmThatComesAgainFinishFirst) {
