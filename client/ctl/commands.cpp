@@ -217,7 +217,13 @@ int writeProducts(const CommonOptions& common, const client::Answer& answer,
         code = fail(common, kExitConfiguration, "cannot write " + products[i].file);
       }
     } catch (const client::PlanFileError& fault) {
-      code = fail(common, kExitUsage, products[i].file + ": " + fault.what());
+      const std::string what = products[i].file + ": " + fault.what();
+      // Of a failure before its scene was known there is nothing to draw: the reason counts.
+      if (answer.hasPlan()) {
+        code = fail(common, kExitUsage, what);
+      } else {
+        std::cerr << "handoverctl: not written: " << what << std::endl;
+      }
     }
   }
   return code;

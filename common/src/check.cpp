@@ -511,7 +511,7 @@ std::vector<Fault> check(const PlanRequest& request) {
   if (!validClientId(request.client_id)) c.fault("client_id", "must match [a-z0-9_-]{1,64}");
   c.required("cell", request.cell);
   c.name("task", request.task);
-  c.name("object", request.object);
+  c.name("object_name", request.object);
   if (request.X_WO_goal) c.pose("X_WO_goal", *request.X_WO_goal);
   checkChain(c, request.chain);
   c.overrides("overrides", request.overrides);

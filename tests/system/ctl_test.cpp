@@ -101,13 +101,13 @@ INSTANTIATE_TEST_SUITE_P(
         Usage{"view none.json -o plan.html", 2}, Usage{"view none.json", 2},
         Usage{"view none.json -o plan.txt", 2}, Usage{"plan --cell c --chain a/b/c", 2},
         Usage{"plan --cell c --chain a,,b", 2}, Usage{"plan --cell c --chain a,auto", 2},
-        Usage{"plan --cell c --slack 11", 2}, Usage{"plan --cell c --slack nan", 2},
-        Usage{"plan --cell c --objective haste", 2}, Usage{"plan --cell c --objective balanced", 3},
-        Usage{"plan --cell c --objective time", 3}, Usage{"experiment c --objective time", 3},
-        Usage{"experiment c --deadline 0", 2}, Usage{"view cell.yaml -o cell.html", 3},
-        Usage{"export plan.json --format csv -o out", 3}, Usage{"record r.mcap", 3},
-        Usage{"replay r.mcap", 3}, Usage{"scene apply s.yaml", 3}, Usage{"scene reset --cell c", 3},
-        Usage{"plan --cell c --dump-state start", 2},
+        Usage{"plan --cell c --slack 11", 2}, Usage{"plan --cell c --slack 0.25", 3},
+        Usage{"plan --cell c --slack nan", 2}, Usage{"plan --cell c --objective haste", 2},
+        Usage{"plan --cell c --objective balanced", 3}, Usage{"plan --cell c --objective time", 3},
+        Usage{"experiment c --objective time", 3}, Usage{"experiment c --deadline 0", 2},
+        Usage{"view cell.yaml -o cell.html", 3}, Usage{"export plan.json --format csv -o out", 3},
+        Usage{"record r.mcap", 3}, Usage{"replay r.mcap", 3}, Usage{"scene apply s.yaml", 3},
+        Usage{"scene reset --cell c", 3}, Usage{"plan --cell c --dump-state start", 2},
         Usage{"plan --cell c --dump-state nap.0 cup.obj", 2},
         Usage{"plan --cell c --dump-state start cup.obj extra", 2}));
 
@@ -259,6 +259,17 @@ TEST_F(ScriptedCtl, AFailedRequestIsAFileToo) {
   EXPECT_EQ(json["explanation"]["reason"], "no_grasp_at_goal");
   EXPECT_EQ(json["explanation"]["causes"][0]["count"], 300);
   EXPECT_FALSE(fs::exists(state));  // there is no plan of which it could be a moment
+}
+
+TEST_F(ScriptedCtl, AFailureBeforeItsSceneKeepsItsExitCodeThoughItHasNoPage) {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "plan.json", page = folder / "plan.html";
+  const auto late = ctl("plan --cell script --task hold --deadline 0.05 --output " + file.string() +
+                        " --html " + page.string());
+  EXPECT_EQ(late.status, 11) << late.err;
+  EXPECT_THAT(late.err, HasSubstr("not written: " + page.string()));
+  EXPECT_TRUE(nlohmann::json::parse(textOf(file))["scene"].is_null());
+  EXPECT_FALSE(fs::exists(page));
 }
 
 TEST_F(ScriptedCtl, UnwritableStandardOutputIsSaid) {

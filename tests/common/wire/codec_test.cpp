@@ -148,7 +148,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadRequest{"client_id", [](auto& m) { m.client_id(std::string(65, 'a')); }},
         BadRequest{"cell", [](auto& m) { m.cell(std::string(300, 'c')); }},
         BadRequest{"task", [](auto& m) { m.task(std::string(300, 't')); }},
-        BadRequest{"object", [](auto& m) { m.object_name(std::string("a\0b", 3)); }},
+        BadRequest{"object_name", [](auto& m) { m.object_name(std::string("a\0b", 3)); }},
         BadRequest{"chain", [](auto& m) { m.chain().assign(9, "hubo"); }},
         BadRequest{"chain[1]",
                    [](auto& m) {
