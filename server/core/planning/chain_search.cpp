@@ -62,6 +62,29 @@ struct ChainSearch::Node {
   std::set<int>* receivers = nullptr;   ///< grasps of the receiver with a pose, for the counts
 };
 
+/// A handover pose to be tried at the last handover.
+struct ChainSearch::Candidate {
+  ApproachOffset offset;
+  std::size_t point;  ///< of the lattice
+  const FeasibleGrasp* place;
+};
+
+FailureScope failureScope(const MotionFailure& failure, std::size_t holders) {
+  const std::size_t k = failure.stage.holder;
+  const bool last = k + 1 == holders;
+  if (last && failure.cause == Cause::kStraightApproach) return {k, true};
+  switch (failure.stage.action) {
+    case StageAction::kCarry:
+      return k == 0 ? FailureScope{0, false} : FailureScope{k - 1, true};
+    case StageAction::kReach:
+    case StageAction::kApproach:
+    case StageAction::kGrasp:
+      return {k == 0 ? 0 : k - 1, false};
+    default:
+      return {k, last};
+  }
+}
+
 namespace {
 
 std::vector<const Manipulator*> manipulatorsOf(SearchState& state,
@@ -168,6 +191,27 @@ const PrunedGrasps& ChainSearch::takesOf(std::size_t handover) {
   return *all;
 }
 
+void ChainSearch::countFailure(const MotionFailure& failure) {
+  state_.counts.motion_rejects.add(failure.cause, failure.stage, failure.pair);
+  if (failure.cause == Cause::kHandsMeet) {
+    ++state_.grasp_attempts;
+    return;
+  }
+  ++state_.motion_attempts;
+  const bool picking = failure.stage == StageRef{0, StageAction::kReach};
+  const bool placing = failureScope(failure, holders()).ofPlacing(holders());
+  if (!picking && !placing) failed_at_.push_back(point_);
+}
+
+/// After a failure below a handover: whether the handover's giver's grasp is to be left, at least.
+/// @param pose_dropped  set: the pose, too.
+bool ChainSearch::backOut(std::size_t handover, bool& pose_dropped) {
+  if (!back_to_) return false;
+  pose_dropped = back_to_->handover > handover || back_to_->pose;
+  if (back_to_->handover == handover) back_to_.reset();
+  return true;
+}
+
 bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most) {
   // The paper's choice: r's manipulability at the placing; then the giver's arm, ties by
   // generation.
@@ -179,21 +223,21 @@ bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most
   for (std::size_t i = 0; i < tuples.size() && searched < most; ++i) {
     if (state_.spent() || state_.over()) return false;
     const int pick = tuples[i].holders.front().take.grasp;
-    if (failed_picks_.contains(pick)) continue;
+    const int place = tuples[i].holders.back().give.grasp;
+    if (failed_picks_.contains(pick) || failed_places_.contains(place)) continue;
     const auto connected = motions_.connect(tuples[i]);
     if (state_.over()) return false;
     if (const auto* failure = std::get_if<MotionFailure>(&connected)) {
-      state_.counts.motion_rejects.add(failure->cause, failure->stage, failure->pair);
-      // How the object is taken depends on the first grasp alone.
-      if (failure->stage == StageRef{0, StageAction::kReach}) failed_picks_.insert(pick);
-      // The tuples of a pose share g_r: where it cannot be placed, none of them can.
-      if (failure->cause == Cause::kStraightApproach && holders() > 1) return false;
+      countFailure(*failure);
       // Hands that do not go together are found out cheaply; only searches for motions are counted.
-      if (failure->cause == Cause::kHandsMeet) {
-        ++state_.grasp_attempts;
-      } else {
-        ++state_.motion_attempts;
-        ++searched;
+      if (failure->cause != Cause::kHandsMeet) ++searched;
+      // How the object is taken depends on the first grasp alone, how it is put down on the last.
+      if (failure->stage == StageRef{0, StageAction::kReach}) failed_picks_.insert(pick);
+      const FailureScope scope = failureScope(*failure, holders());
+      if (scope.ofPlacing(holders())) failed_places_.insert(place);
+      if (holders() > 1 && (scope.handover > 0 || scope.pose)) {
+        back_to_ = scope;
+        return false;
       }
       continue;
     }
@@ -230,6 +274,8 @@ bool ChainSearch::searchSingle() {
 bool ChainSearch::tryPose(std::size_t handover, Node& node, const Pose& X_WH,
                           HandoverCandidates& counts) {
   const int grasp = node.give->grasp;
+  const bool counted = state_.problem.mode == SearchMode::kAll;
+  if (!counted && handover + 2 == holders() && failed_places_.contains(grasp)) return false;
   ++counts.poses_tried;
   // One look, and the giver takes one for each of its grasps.
   if (!motions_.receiverReaches(handover, X_WH, grasp) ||
@@ -242,8 +288,7 @@ bool ChainSearch::tryPose(std::size_t handover, Node& node, const Pose& X_WH,
   if (receive.kept.empty()) return false;
   FeasibleGrasp& received = receive.kept.front();
   // The paper counts this pose whether or not there is a straight path to it.
-  if (state_.problem.mode != SearchMode::kAll &&
-      !motions_.keepApproachable(handover, X_WH, received)) {
+  if (!counted && !motions_.keepApproachable(handover, X_WH, received)) {
     rejects_.add(Cause::kStraightApproach);
     state_.counts.cut = true;
     return false;
@@ -264,10 +309,16 @@ bool ChainSearch::tryPose(std::size_t handover, Node& node, const Pose& X_WH,
     std::stable_sort(gives.begin(), gives.end(), [](const auto* a, const auto* b) {
       return a->manipulability > b->manipulability;
     });
-    if (gives.size() > settings_.inner_gives) gives.resize(settings_.inner_gives);
+    if (gives.size() > settings_.inner_gives) {
+      gives.resize(settings_.inner_gives);
+      state_.counts.cut = true;
+    }
     std::size_t followed = 0;
     for (const FeasibleGrasp* given : gives) {
-      if (followed == settings_.inner_tuples) break;
+      if (followed == settings_.inner_tuples) {
+        state_.counts.cut = true;
+        break;
+      }
       Node inner{tuple, given, X_WH, nullptr};
       inner.tuple.holders[handover].give = *given;
       if (!motions_.handsMeet(handover, inner.tuple)) {
@@ -276,7 +327,9 @@ bool ChainSearch::tryPose(std::size_t handover, Node& node, const Pose& X_WH,
       }
       ++followed;
       if (searchInner(handover - 1, inner)) return true;
+      bool pose_dropped = false;
       if (spent() || state_.over()) return false;
+      if (backOut(handover, pose_dropped) && pose_dropped) return false;
     }
     return false;
   }
@@ -290,7 +343,10 @@ bool ChainSearch::tryPose(std::size_t handover, Node& node, const Pose& X_WH,
     poses_.push_back(std::move(tuples));  // counted first, connected afterwards in the same order
     return false;
   }
-  return tryTuples(std::move(tuples), settings_.tuples_per_pose);
+  const bool solved = tryTuples(std::move(tuples), settings_.tuples_per_pose);
+  bool pose_dropped = false;
+  backOut(handover, pose_dropped);
+  return solved;
 }
 
 namespace {
@@ -336,19 +392,56 @@ bool ChainSearch::searchInner(std::size_t handover, Node& node) {
       const Pose X_WH = handoverPose(at(handover), at(handover + 1), grasp, node.X_WO_give,
                                      points[point], offset, false);
       if (tryPose(handover, node, X_WH, counts)) return true;
+      if (back_to_) return false;
     }
   }
   if (counts.poses == 0) ++failures;
   return false;
 }
 
+/// Whether so many motions failed near a point that others come first.
+bool ChainSearch::crowded(const LatticePoint& point) const {
+  const auto near = [&](const Eigen::Vector3d& p_W) {
+    return (p_W - point.p_W).norm() < settings_.crowd_radius;
+  };
+  return std::count_if(failed_at_.begin(), failed_at_.end(), near) >= settings_.crowd_failures;
+}
+
+bool ChainSearch::tryCandidate(SearchTier tier, const Candidate& candidate,
+                               HandoverCandidates& counts) {
+  const std::size_t handover = holders() - 2;
+  std::set<int>& receivers = receivers_;
+  const int place = candidate.place->grasp;
+  Node node{
+      {std::vector<Pose>(holders() - 1, Pose::Identity()), std::vector<HolderGrasp>(holders())},
+      candidate.place,
+      state_.problem.task.X_WO_goal,
+      &receivers};
+  node.tuple.holders.back().give = *candidate.place;
+  const Pose X_WH = handoverPose(at(handover), at(handover + 1), at(handover + 1).grasp(place),
+                                 node.X_WO_give, latticeOf(handover).all[candidate.point],
+                                 candidate.offset, tier == SearchTier::kPaper);
+  point_ = latticeOf(handover).all[candidate.point].p_W;
+  const bool solved = tryPose(handover, node, X_WH, counts);
+  back_to_.reset();
+  counts.receiver_grasps = static_cast<std::uint32_t>(receivers.size());
+  return solved;
+}
+
 bool ChainSearch::searchPoints(SearchTier tier, std::size_t first, std::size_t end,
                                std::uint32_t most_poses, HandoverCandidates& counts) {
-  const std::size_t handover = holders() - 2;
-  const Lattice& lattice = latticeOf(handover);
+  const Lattice& lattice = latticeOf(holders() - 2);
   const bool widened = tier == SearchTier::kTurned || tier == SearchTier::kTilted;
   const std::uint32_t failed_before = motions_.failedIkSolves();
-  std::set<int> receivers;
+  receivers_.clear();
+  std::vector<Candidate> postponed;
+  const auto enough = [&] {
+    const bool cut =
+        counts.poses_tried >= most_poses ||
+        (widened && motions_.failedIkSolves() - failed_before >= settings_.most_failed_ik);
+    state_.counts.cut = state_.counts.cut || cut;
+    return cut || spent() || state_.over();
+  };
   // Another place more often helps than another turn at the same one: an arm that cannot fold so
   // far there cannot in any turn.
   for (const ApproachOffset& offset : offsetsOf(tier, settings_)) {
@@ -358,26 +451,19 @@ bool ChainSearch::searchPoints(SearchTier tier, std::size_t first, std::size_t e
         continue;
       }
       for (const FeasibleGrasp* place : place_order_) {
-        if (state_.over()) return false;
-        const bool enough =
-            counts.poses_tried >= most_poses ||
-            (widened && motions_.failedIkSolves() - failed_before >= settings_.most_failed_ik);
-        state_.counts.cut = state_.counts.cut || enough;
-        if (enough || spent()) break;
-        Node node{{std::vector<Pose>(holders() - 1, Pose::Identity()),
-                   std::vector<HolderGrasp>(holders())},
-                  place,
-                  state_.problem.task.X_WO_goal,
-                  &receivers};
-        node.tuple.holders.back().give = *place;
-        const Pose X_WH =
-            handoverPose(at(handover), at(handover + 1), at(handover + 1).grasp(place->grasp),
-                         node.X_WO_give, lattice.all[point], offset, tier == SearchTier::kPaper);
-        const bool solved = tryPose(handover, node, X_WH, counts);
-        counts.receiver_grasps = static_cast<std::uint32_t>(receivers.size());
-        if (solved) return true;
+        if (enough()) break;
+        const Candidate candidate{offset, point, place};
+        if (crowded(lattice.all[point])) {
+          postponed.push_back(candidate);
+          continue;
+        }
+        if (tryCandidate(tier, candidate, counts)) return true;
       }
     }
+  }
+  for (const Candidate& candidate : postponed) {
+    if (enough()) break;
+    if (tryCandidate(tier, candidate, counts)) return true;
   }
   return false;
 }

@@ -56,6 +56,21 @@ struct SearchState {
   const Manipulator& manipulator(const ChainHolder& arm);
 };
 
+/// The choices that a failed stage depends on.
+struct FailureScope {
+  /// The stage depends on this handover and those after it; the number of handovers: on the last
+  /// holder's grasp alone.
+  std::size_t handover = 0;
+  bool pose = false;  ///< on the pose and the receiver's grasp there, whatever the giver's grasp
+
+  bool ofPlacing(std::size_t holders) const { return pose && handover + 1 == holders; }
+
+  bool operator==(const FailureScope&) const = default;
+};
+
+/// What has to be chosen anew after a failure in a chain of `holders`.
+FailureScope failureScope(const MotionFailure& failure, std::size_t holders);
+
 /// Candidates of one chain of arms.
 class ChainSearch {
  public:
@@ -76,6 +91,7 @@ class ChainSearch {
  private:
   struct Lattice;
   struct Node;
+  struct Candidate;
 
   const Manipulator& at(std::size_t holder) const { return *motions_.holders()[holder]; }
 
@@ -90,9 +106,13 @@ class ChainSearch {
   bool searchLast(SearchTier tier);
   bool searchPoints(SearchTier tier, std::size_t first, std::size_t end, std::uint32_t most_poses,
                     HandoverCandidates& counts);
+  bool tryCandidate(SearchTier tier, const Candidate& candidate, HandoverCandidates& counts);
+  bool crowded(const LatticePoint& point) const;
   bool searchInner(std::size_t handover, Node& node);
   bool tryPose(std::size_t handover, Node& node, const Pose& X_WH, HandoverCandidates& counts);
   bool tryTuples(std::vector<TransportTuple> tuples, std::size_t most);
+  bool backOut(std::size_t handover, bool& pose_dropped);
+  void countFailure(const MotionFailure& failure);
 
   SearchState& state_;
   const SearchSettings& settings_;
@@ -103,7 +123,13 @@ class ChainSearch {
   /// Handover and receiver's grasp: how often no pose was found for it.
   std::map<std::pair<std::size_t, int>, std::uint32_t> inner_failures_;
   std::uint32_t inner_poses_ = 0;
-  std::set<int> failed_picks_;  ///< grasps of the first holder that cannot be taken
+  std::set<int> failed_picks_;   ///< grasps of the first holder that cannot be taken
+  std::set<int> failed_places_;  ///< grasps of the last holder that cannot be placed
+  /// Where the search goes on after a failure that nothing below can mend.
+  std::optional<FailureScope> back_to_;
+  Eigen::Vector3d point_ = Eigen::Vector3d::Zero();  ///< of the last handover, under way
+  std::vector<Eigen::Vector3d> failed_at_;           ///< points whose motions failed
+  std::set<int> receivers_;  ///< grasps of the last holder with a pose, for the counts
   std::vector<const FeasibleGrasp*> place_order_;   ///< 𝒢_r, most dexterous placing first
   CauseTally rejects_;                              ///< of the tier under way
   std::vector<std::vector<TransportTuple>> poses_;  ///< mode all: tuples by pose, as found

@@ -70,7 +70,11 @@ struct SearchSettings {
   std::uint32_t tilted_poses = 150'000;  ///< most fall to a look at each arm's reach
   /// Failed IK solves of arms without a closed form, for each tier of `wide`: about a second.
   std::uint32_t most_failed_ik = 10'000;
-  std::size_t tuples_per_pose = 3;     ///< tuples of one pose whose motions are tried
+  std::size_t tuples_per_pose = 3;  ///< tuples of one pose whose motions are tried
+  /// Lattice points with so many failed motions so near [m] wait until all others are tried:
+  /// neighbours fail alike.
+  std::ptrdiff_t crowd_failures = 4;
+  double crowd_radius = 0.12;
   std::uint32_t motion_attempts = 60;  ///< tuples of a request whose motions are tried
   std::uint32_t grasp_attempts = 600;  ///< tuples whose hands did not go together
   // Of the handovers before a chain's last one: per grasp of the receiver where it gives the object
