@@ -2,6 +2,7 @@
 #include "core/planning/chain_search.hpp"
 
 #include <handover/common/check.hpp>
+#include <handover/common/random.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -10,18 +11,12 @@
 namespace handover {
 namespace {
 
-std::vector<ApproachOffset> offsetsOf(SearchTier tier, const SearchSettings& settings) {
-  if (tier == SearchTier::kPaper || tier == SearchTier::kTool) return {{}};
+/// The turns about z_shoulder that a tier looks at.
+std::vector<ApproachOffset> turnsOf(SearchTier tier, const SearchSettings& settings) {
+  if (tier != SearchTier::kTurned) return {{}};
   std::vector<ApproachOffset> all;
   for (int turn = 0; turn < settings.wide_turns; ++turn) {
-    const double turned = 2 * M_PI * turn / settings.wide_turns;
-    if (tier == SearchTier::kTurned) {
-      all.push_back({turned, 0, 0});
-      continue;
-    }
-    for (int azimuth = 0; azimuth < settings.wide_azimuths; ++azimuth) {
-      all.push_back({turned, settings.wide_tilt, 2 * M_PI * azimuth / settings.wide_azimuths});
-    }
+    all.push_back({2 * M_PI * turn / settings.wide_turns, 0, 0});
   }
   return all;
 }
@@ -65,8 +60,8 @@ struct ChainSearch::Node {
 /// A handover pose to be tried at the last handover.
 struct ChainSearch::Candidate {
   ApproachOffset offset;
-  std::size_t point;  ///< of the lattice
-  const FeasibleGrasp* place;
+  std::size_t point = 0;  ///< of the lattice
+  const FeasibleGrasp* place = nullptr;
 };
 
 FailureScope failureScope(const MotionFailure& failure, std::size_t holders) {
@@ -379,7 +374,7 @@ bool ChainSearch::searchInner(std::size_t handover, Node& node) {
   const std::size_t end = std::min(points.size(), settings_.wide_points);
   const Grasp& grasp = at(handover + 1).grasp(node.give->grasp);
   HandoverCandidates counts;
-  for (const ApproachOffset& offset : offsetsOf(SearchTier::kTurned, settings_)) {
+  for (const ApproachOffset& offset : turnsOf(SearchTier::kTurned, settings_)) {
     for (std::size_t point = 0; point < end; ++point) {
       if (state_.spent() || state_.over() || counts.poses_tried >= settings_.inner_poses ||
           inner_poses_ >= settings_.most_inner_poses) {
@@ -431,7 +426,7 @@ bool ChainSearch::tryCandidate(SearchTier tier, const Candidate& candidate,
 bool ChainSearch::searchPoints(SearchTier tier, std::size_t first, std::size_t end,
                                std::uint32_t most_poses, HandoverCandidates& counts) {
   const Lattice& lattice = latticeOf(holders() - 2);
-  const bool widened = tier == SearchTier::kTurned || tier == SearchTier::kTilted;
+  const bool widened = tier == SearchTier::kTurned;
   const std::uint32_t failed_before = motions_.failedIkSolves();
   receivers_.clear();
   std::vector<Candidate> postponed;
@@ -444,12 +439,10 @@ bool ChainSearch::searchPoints(SearchTier tier, std::size_t first, std::size_t e
   };
   // Another place more often helps than another turn at the same one: an arm that cannot fold so
   // far there cannot in any turn.
-  for (const ApproachOffset& offset : offsetsOf(tier, settings_)) {
+  for (const ApproachOffset& offset : turnsOf(tier, settings_)) {
     for (std::size_t point = first; point < end; ++point) {
       // Tried already, by the tier before.
-      if (widened && point == 0 && offset.turn == 0 && offset.tilt == 0 && !lattice.both.empty()) {
-        continue;
-      }
+      if (widened && point == 0 && offset.turn == 0 && !lattice.both.empty()) continue;
       for (const FeasibleGrasp* place : place_order_) {
         if (enough()) break;
         const Candidate candidate{offset, point, place};
@@ -468,10 +461,32 @@ bool ChainSearch::searchPoints(SearchTier tier, std::size_t first, std::size_t e
   return false;
 }
 
+/// Any point, turn, tilt and placing, as they are drawn: a regular order would spend itself on
+/// neighbours, which fail alike.
+bool ChainSearch::searchScattered(HandoverCandidates& counts) {
+  const auto size = static_cast<std::uint32_t>(latticeOf(holders() - 2).all.size());
+  const auto places = static_cast<std::uint32_t>(place_order_.size());
+  const std::uint32_t failed_before = motions_.failedIkSolves();
+  SeededRandom random(SeededRandom::mix(state_.problem.seed));
+  receivers_.clear();
+  state_.counts.cut = true;  // a sample proves nothing
+  for (std::uint32_t i = 0; i < settings_.scattered_poses; ++i) {
+    if (spent() || state_.over()) return false;
+    if (motions_.failedIkSolves() - failed_before >= settings_.most_failed_ik) return false;
+    Candidate candidate;
+    candidate.point = random.index(size);
+    candidate.place = place_order_[random.index(places)];
+    candidate.offset = {random.uniform(0, 2 * M_PI), random.uniform(0, settings_.most_tilt),
+                        random.uniform(0, 2 * M_PI)};
+    if (tryCandidate(SearchTier::kScattered, candidate, counts)) return true;
+  }
+  return false;
+}
+
 bool ChainSearch::searchLast(SearchTier tier) {
   const std::size_t handover = holders() - 2;
   const Lattice& lattice = latticeOf(handover);
-  const bool widened = tier == SearchTier::kTurned || tier == SearchTier::kTilted;
+  const bool widened = tier == SearchTier::kTurned || tier == SearchTier::kScattered;
   const std::size_t size =
       widened ? lattice.all.size() : std::min<std::size_t>(1, lattice.both.size());
   if (size == 0) return false;
@@ -483,8 +498,8 @@ bool ChainSearch::searchLast(SearchTier tier) {
   rejects_ = {};
   poses_.clear();
   bool solved = false;
-  if (tier == SearchTier::kTilted) {
-    solved = searchPoints(tier, 0, size, settings_.tilted_poses, counts);
+  if (tier == SearchTier::kScattered) {
+    solved = searchScattered(counts);
   } else {
     const bool counted = state_.problem.mode == SearchMode::kAll;
     const std::size_t best = std::min(size, settings_.wide_points);

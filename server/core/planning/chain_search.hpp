@@ -18,10 +18,10 @@ namespace handover {
 
 /// How far the search goes from the paper's handover poses, in this order.
 enum class SearchTier {
-  kPaper,   ///< the object on the best lattice point, in the paper's orientation
-  kTool,    ///< the receiver's tool on that point
-  kTurned,  ///< further points, and turns about z_shoulder
-  kTilted,  ///< the approach axis tilted off z_shoulder
+  kPaper,      ///< the object on the best lattice point, in the paper's orientation
+  kTool,       ///< the receiver's tool on that point
+  kTurned,     ///< further points, and turns about z_shoulder
+  kScattered,  ///< points, turns and tilts off z_shoulder at random
 };
 
 /// What all chains of one request share. One per worker.
@@ -106,6 +106,7 @@ class ChainSearch {
   bool searchLast(SearchTier tier);
   bool searchPoints(SearchTier tier, std::size_t first, std::size_t end, std::uint32_t most_poses,
                     HandoverCandidates& counts);
+  bool searchScattered(HandoverCandidates& counts);
   bool tryCandidate(SearchTier tier, const Candidate& candidate, HandoverCandidates& counts);
   bool crowded(const LatticePoint& point) const;
   bool searchInner(std::size_t handover, Node& node);

@@ -171,7 +171,7 @@ class TransportSearch {
       }
     }
     if (!state_.wide()) return std::nullopt;
-    for (const SearchTier tier : {SearchTier::kTurned, SearchTier::kTilted}) {
+    for (const SearchTier tier : {SearchTier::kTurned, SearchTier::kScattered}) {
       for (ChainSearch& search : searches) {
         if (search.search(tier)) return solved(search.arms());
         if (state_.over()) return ended();

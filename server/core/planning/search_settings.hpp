@@ -61,13 +61,12 @@ struct SearchSettings {
   double same_robot_neighbourhood = 0.80;
   std::size_t wide_points = 24;        ///< lattice points that `wide` adds first, by score
   int wide_turns = 8;                  ///< rotations about z_shoulder that `wide` adds
-  double wide_tilt = 25 * M_PI / 180;  ///< of the approach axis, which `wide` adds last [rad]
-  int wide_azimuths = 3;               ///< in so many directions
+  double most_tilt = 60 * M_PI / 180;  ///< of the approach axis, in what `wide` draws last [rad]
   /// Handover poses that `wide` asks for at most. Most fall to the cheap test for a straight path
   /// there; mode all, which counts as the paper does, has no such test.
   std::uint32_t wide_poses = 8'000;
   std::uint32_t wide_poses_counted = 1'500;
-  std::uint32_t tilted_poses = 150'000;  ///< most fall to a look at each arm's reach
+  std::uint32_t scattered_poses = 60'000;  ///< most fall to a look at each arm's reach
   /// Failed IK solves of arms without a closed form, for each tier of `wide`: about a second.
   std::uint32_t most_failed_ik = 10'000;
   std::size_t tuples_per_pose = 3;  ///< tuples of one pose whose motions are tried
