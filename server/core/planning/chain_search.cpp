@@ -60,7 +60,7 @@ struct ChainSearch::Node {
 /// A handover pose to be tried at the last handover.
 struct ChainSearch::Candidate {
   ApproachOffset offset;
-  std::size_t point = 0;  ///< of the lattice
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  ///< of the receiver's tool, or of the object
   const FeasibleGrasp* place = nullptr;
 };
 
@@ -168,7 +168,11 @@ const ChainSearch::Lattice& ChainSearch::latticeOf(std::size_t handover) {
       }
     }
     const double reach = giver.kinematics->reach() + maxToolSeparation(handover);
-    const auto more = receiverPoints(giver.map, receiver.map, radius, reach);
+    auto more = receiverPoints(giver.map, receiver.map, radius, reach);
+    const Eigen::Vector3d middle = 0.5 * (giver.map.p_WShoulder + receiver.map.p_WShoulder);
+    std::stable_sort(more.begin(), more.end(), [&](const auto& a, const auto& b) {
+      return (a.p_W - middle).squaredNorm() < (b.p_W - middle).squaredNorm();
+    });
     lattice->all.insert(lattice->all.end(), more.begin(), more.end());
   }
   return *lattice;
@@ -349,15 +353,15 @@ namespace {
 /// The pose of the object at a handover, for the receiver's grasp.
 /// @param object_on_point  the object is on the lattice point, as the paper has it; else the tool.
 Pose handoverPose(const Manipulator& giver, const Manipulator& receiver, const Grasp& grasp,
-                  const Pose& X_WO_give, const LatticePoint& point, const ApproachOffset& offset,
+                  const Pose& X_WO_give, const Eigen::Vector3d& p_W, const ApproachOffset& offset,
                   bool object_on_point) {
   const Pose X_WT_give = X_WO_give * grasp.X_OT;
   Pose X_WT = Pose::Identity();
   X_WT.linear() = handoverRotation(X_WT_give.linear(), receiver.arm_model->approach_axis,
                                    giver.map.p_WShoulder, receiver.map.p_WShoulder, offset);
-  if (!object_on_point) X_WT.translation() = point.p_W;
+  if (!object_on_point) X_WT.translation() = p_W;
   Pose X_WH = X_WT * grasp.X_OT.inverse();
-  if (object_on_point) X_WH.translation() = point.p_W;
+  if (object_on_point) X_WH.translation() = p_W;
   return X_WH;
 }
 
@@ -385,7 +389,7 @@ bool ChainSearch::searchInner(std::size_t handover, Node& node) {
       ++state_.counts.poses_asked;
       ++inner_poses_;
       const Pose X_WH = handoverPose(at(handover), at(handover + 1), grasp, node.X_WO_give,
-                                     points[point], offset, false);
+                                     points[point].p_W, offset, false);
       if (tryPose(handover, node, X_WH, counts)) return true;
       if (back_to_) return false;
     }
@@ -395,9 +399,9 @@ bool ChainSearch::searchInner(std::size_t handover, Node& node) {
 }
 
 /// Whether so many motions failed near a point that others come first.
-bool ChainSearch::crowded(const LatticePoint& point) const {
-  const auto near = [&](const Eigen::Vector3d& p_W) {
-    return (p_W - point.p_W).norm() < settings_.crowd_radius;
+bool ChainSearch::crowded(const Eigen::Vector3d& p_W) const {
+  const auto near = [&](const Eigen::Vector3d& failed) {
+    return (failed - p_W).norm() < settings_.crowd_radius;
   };
   return std::count_if(failed_at_.begin(), failed_at_.end(), near) >= settings_.crowd_failures;
 }
@@ -413,10 +417,10 @@ bool ChainSearch::tryCandidate(SearchTier tier, const Candidate& candidate,
       state_.problem.task.X_WO_goal,
       &receivers};
   node.tuple.holders.back().give = *candidate.place;
-  const Pose X_WH = handoverPose(at(handover), at(handover + 1), at(handover + 1).grasp(place),
-                                 node.X_WO_give, latticeOf(handover).all[candidate.point],
-                                 candidate.offset, tier == SearchTier::kPaper);
-  point_ = latticeOf(handover).all[candidate.point].p_W;
+  const Pose X_WH =
+      handoverPose(at(handover), at(handover + 1), at(handover + 1).grasp(place), node.X_WO_give,
+                   candidate.p_W, candidate.offset, tier == SearchTier::kPaper);
+  point_ = candidate.p_W;
   const bool solved = tryPose(handover, node, X_WH, counts);
   back_to_.reset();
   counts.receiver_grasps = static_cast<std::uint32_t>(receivers.size());
@@ -445,8 +449,8 @@ bool ChainSearch::searchPoints(SearchTier tier, std::size_t first, std::size_t e
       if (widened && point == 0 && offset.turn == 0 && !lattice.both.empty()) continue;
       for (const FeasibleGrasp* place : place_order_) {
         if (enough()) break;
-        const Candidate candidate{offset, point, place};
-        if (crowded(lattice.all[point])) {
+        const Candidate candidate{offset, lattice.all[point].p_W, place};
+        if (crowded(candidate.p_W)) {
           postponed.push_back(candidate);
           continue;
         }
@@ -461,23 +465,27 @@ bool ChainSearch::searchPoints(SearchTier tier, std::size_t first, std::size_t e
   return false;
 }
 
-/// Any point, turn, tilt and placing, as they are drawn: a regular order would spend itself on
-/// neighbours, which fail alike.
+/// Poses as they are drawn, mostly where the search began and hardly tilted: a regular order would
+/// spend itself on neighbours, which fail alike.
 bool ChainSearch::searchScattered(HandoverCandidates& counts) {
-  const auto size = static_cast<std::uint32_t>(latticeOf(holders() - 2).all.size());
-  const auto places = static_cast<std::uint32_t>(place_order_.size());
+  const std::vector<LatticePoint>& points = latticeOf(holders() - 2).all;
   const std::uint32_t failed_before = motions_.failedIkSolves();
   SeededRandom random(SeededRandom::mix(state_.problem.seed));
+  const auto jitter = [&] { return random.uniform(-0.5, 0.5) * kLatticeEdge; };
   receivers_.clear();
   state_.counts.cut = true;  // a sample proves nothing
   for (std::uint32_t i = 0; i < settings_.scattered_poses; ++i) {
     if (spent() || state_.over()) return false;
     if (motions_.failedIkSolves() - failed_before >= settings_.most_failed_ik) return false;
-    Candidate candidate;
-    candidate.point = random.index(size);
-    candidate.place = place_order_[random.index(places)];
-    candidate.offset = {random.uniform(0, 2 * M_PI), random.uniform(0, settings_.most_tilt),
-                        random.uniform(0, 2 * M_PI)};
+    const double early = random.unit();
+    const auto point = static_cast<std::size_t>(early * early * static_cast<double>(points.size()));
+    const double x = jitter(), y = jitter(), z = jitter();
+    const double turn = random.uniform(0, 2 * M_PI);
+    const double tilt = settings_.most_tilt * random.unit() * random.unit();
+    const double azimuth = random.uniform(0, 2 * M_PI);
+    const auto place = random.index(static_cast<std::uint32_t>(place_order_.size()));
+    const Candidate candidate{
+        {turn, tilt, azimuth}, points[point].p_W + Eigen::Vector3d(x, y, z), place_order_[place]};
     if (tryCandidate(SearchTier::kScattered, candidate, counts)) return true;
   }
   return false;

@@ -108,7 +108,7 @@ class ChainSearch {
                     HandoverCandidates& counts);
   bool searchScattered(HandoverCandidates& counts);
   bool tryCandidate(SearchTier tier, const Candidate& candidate, HandoverCandidates& counts);
-  bool crowded(const LatticePoint& point) const;
+  bool crowded(const Eigen::Vector3d& p_W) const;
   bool searchInner(std::size_t handover, Node& node);
   bool tryPose(std::size_t handover, Node& node, const Pose& X_WH, HandoverCandidates& counts);
   bool tryTuples(std::vector<TransportTuple> tuples, std::size_t most);

@@ -66,7 +66,7 @@ struct SearchSettings {
   /// there; mode all, which counts as the paper does, has no such test.
   std::uint32_t wide_poses = 8'000;
   std::uint32_t wide_poses_counted = 1'500;
-  std::uint32_t scattered_poses = 60'000;  ///< most fall to a look at each arm's reach
+  std::uint32_t scattered_poses = 150'000;  ///< most fall to a look at each arm's reach
   /// Failed IK solves of arms without a closed form, for each tier of `wide`: about a second.
   std::uint32_t most_failed_ik = 10'000;
   std::size_t tuples_per_pose = 3;  ///< tuples of one pose whose motions are tried
