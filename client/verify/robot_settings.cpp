@@ -37,17 +37,17 @@ class SettingsReader {
     std::vector<int> all;
     for (std::size_t j = 0; j < robot_.joints.size(); ++j) all.push_back(static_cast<int>(j));
     apply(root_, all);
-    for (const auto& arm : entriesOf("arms")) apply(arm, jointsOfArm(arm));
+    for (const auto& [name, arm] : entriesOf("arms")) apply(arm, jointsOfArm(name));
     for (const char* list : {"hands", "grippers"}) {
-      for (const auto& hand : entriesOf(list)) apply(hand, jointsOfHand(hand));
+      for (const auto& [name, hand] : entriesOf(list)) apply(hand, jointsOfHand(hand));
     }
-    for (const auto& arm : entriesOf("arms")) {
+    for (const auto& [name, arm] : entriesOf("arms")) {
       // A gripper may also be written where its arm is.
       const YAML::Node gripper = arm["gripper"];
       if (gripper && gripper.IsMap()) apply(gripper, jointsOfHand(gripper));
     }
     std::vector<std::vector<int>> arms;
-    for (const auto& arm : entriesOf("arms")) arms.push_back(jointsOfArm(arm));
+    for (const auto& [name, arm] : entriesOf("arms")) arms.push_back(jointsOfArm(name));
     return {std::move(bounds_), readPackages(file_), std::move(arms)};
   }
 
@@ -56,14 +56,14 @@ class SettingsReader {
     throw Unreadable(file_.string() + ":" + std::to_string(node.Mark().line + 1), what);
   }
 
-  std::vector<YAML::Node> entriesOf(const char* key) const {
-    std::vector<YAML::Node> entries;
+  std::vector<std::pair<std::string, YAML::Node>> entriesOf(const char* key) const {
+    std::vector<std::pair<std::string, YAML::Node>> entries;
     const YAML::Node list = root_[key];
     if (!list) return entries;
     if (!list.IsMap()) fail(list, std::string(key) + ": expected a map");
     for (const auto& entry : list) {
       if (!entry.second.IsMap()) fail(entry.second, std::string(key) + ": expected a map");
-      entries.push_back(entry.second);
+      entries.emplace_back(entry.first.as<std::string>(""), entry.second);
     }
     return entries;
   }
@@ -109,8 +109,8 @@ class SettingsReader {
     }
   }
 
-  std::vector<int> jointsOfArm(const YAML::Node& arm) const {
-    const std::string name = arm["group"] ? arm["group"].as<std::string>("") : "";
+  /// An arm is named as its group of the SRDF.
+  std::vector<int> jointsOfArm(const std::string& name) const {
     for (const Group& group : robot_.groups) {
       if (group.name == name) return group.joints;
     }
@@ -128,8 +128,8 @@ class SettingsReader {
         joints.insert(robot_.links[static_cast<std::size_t>(below)].parent_joint);
       }
     }
-    for (const auto& arm : entriesOf("arms")) {
-      for (const int j : jointsOfArm(arm)) joints.erase(j);
+    for (const auto& [name, arm] : entriesOf("arms")) {
+      for (const int j : jointsOfArm(name)) joints.erase(j);
     }
     return {joints.begin(), joints.end()};
   }

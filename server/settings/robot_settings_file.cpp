@@ -36,7 +36,6 @@ ArmSettings readArm(const std::string& name, const YamlValue& value) {
   arm.name = name;
   auto map = value.map();
   if (!map) return arm;
-  arm.group = requiredText(*map, "group");
   arm.tool_link = requiredText(*map, "tool_link");
   arm.hand = requiredText(*map, "hand");
   if (const YamlValue* axis = map->require("approach_axis")) {

@@ -131,7 +131,7 @@ urdf: NAME.urdf
 srdf: NAME.srdf
 acceleration: 1
 arms:
-  arm: {group: arm, tool_link: tool, approach_axis: [1, 0, 0], hand: gripper, acceleration: 1}
+  arm: {tool_link: tool, approach_axis: [1, 0, 0], hand: gripper, acceleration: 1}
 hands:
   gripper:
     palm_link: palm
@@ -303,7 +303,7 @@ SmallRobot SmallRobots::make(RobotKind kind, int which) const {
   settings.yaml = "robots/" + name + ".yaml";
   settings.settings_file = name;
   ArmSettings arm;
-  arm.name = arm.group = "arm";
+  arm.name = "arm";
   arm.tool_link = "tool";
   arm.hand = "gripper";
   arm.approach_axis = kX;

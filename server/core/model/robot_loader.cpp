@@ -240,31 +240,37 @@ class RobotAssembler {
     } else {
       arm.approach_axis = settings.approach_axis.normalized();
     }
-    const auto group = srdf_.groups.find(settings.group);
+    const auto group = srdf_.groups.find(settings.name);
     if (group == srdf_.groups.end()) {
-      return fault(key + ".group", "group '" + settings.group + "' is not in the SRDF");
+      return fault(key, "an arm is named as its group of the SRDF, which has " + groupNames());
     }
     if (!addArmJoints(key, settings, group->second, arm)) return;
     model_.arms.push_back(std::move(arm));
   }
 
+  std::string groupNames() const {
+    std::string names;
+    for (const auto& [name, group] : srdf_.groups) names += (names.empty() ? "" : ", ") + name;
+    return names.empty() ? "no groups" : names;
+  }
+
   bool addArmJoints(const std::string& key, const ArmSettings& settings, const SrdfGroup& group,
                     Arm& arm) {
-    const std::string at = "group '" + settings.group + "'";
+    const std::string at = "group '" + settings.name + "'";
     const auto count = group.joints.size();
     if (count == 0 || count > static_cast<std::size_t>(kMaxArmJoints)) {
-      fault(key + ".group", at + " has " + std::to_string(count) + " movable joints, not 1 to " +
-                                std::to_string(kMaxArmJoints));
+      fault(key, at + " has " + std::to_string(count) + " movable joints, not 1 to " +
+                     std::to_string(kMaxArmJoints));
       return false;
     }
     for (const int index : group.joints) {
       Joint& joint = model_.joints[static_cast<std::size_t>(index)];
       if (joint.mimic) {
-        fault(key + ".group", at + " has the mimic joint '" + joint.name + "'");
+        fault(key, at + " has the mimic joint '" + joint.name + "'");
         return false;
       }
       if (joint.velocity <= 0) {
-        fault(key + ".group", "joint '" + joint.name + "' has no velocity limit in the URDF");
+        fault(key, "joint '" + joint.name + "' has no velocity limit in the URDF");
       }
       limitChanges(settings, joint);
       arm.joints.push_back(index);

@@ -38,7 +38,8 @@ class FileError : public std::runtime_error {
 inline constexpr double kJerkPerAcceleration = 10;
 
 struct ArmSettings {
-  std::string name, group, tool_link, hand;
+  std::string name;  ///< a group of the SRDF, whose movable joints are the arm
+  std::string tool_link, hand;
   Eigen::Vector3d approach_axis = Eigen::Vector3d::UnitZ();
   std::optional<Eigen::Vector3d> p_AShoulder;
   double acceleration = 1.0;   ///< [rad/s^2], each joint of the arm

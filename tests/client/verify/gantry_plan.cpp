@@ -67,7 +67,7 @@ constexpr const char* kSrdf = R"(<?xml version="1.0"?>
 std::string yaml(bool suction) {
   std::string text =
       "version: 1\nacceleration: 1\narms:\n"
-      "  one: {group: arm, tool_link: tool, hand: hand, acceleration: 1}\n";
+      "  arm: {tool_link: tool, hand: hand, acceleration: 1}\n";
   text += suction
               ? "hands:\n  hand: {suction: {cup_link: cup, axis: [1, 0, 0], radius: 0.01}}\n"
               : "hands:\n  hand: {palm_link: palm, fingers: [[left]], acceleration: 1, jerk: 20}\n";

@@ -45,7 +45,7 @@ class SettingsFile : public testing::Test {
 TEST_F(SettingsFile, NearerEntriesGoBeforeFartherOnes) {
   const std::string yaml =
       "acceleration: 1\njerk: 7\n"
-      "arms: {left: {group: the_arm, hand: h, acceleration: 2, velocity: {wrist: 3}}}\n"
+      "arms: {the_arm: {hand: h, acceleration: 2, velocity: {wrist: 3}}}\n"
       "hands: {h: {palm_link: palm, acceleration: 5, jerk: 60}}\n";
   EXPECT_EQ(bounds(yaml, "waist").acceleration, 1);
   EXPECT_EQ(bounds(yaml, "waist").jerk, 7);
@@ -60,7 +60,7 @@ TEST_F(SettingsFile, NearerEntriesGoBeforeFartherOnes) {
 TEST_F(SettingsFile, LimitsOfOneJointGoBeforeAll) {
   const std::string yaml =
       "acceleration: 1\nlimits: {waist: {acceleration: 0.5, upper: 0.2}}\n"
-      "arms: {left: {group: the_arm, acceleration: 2, limits: {elbow: {jerk: 3}}}}\n";
+      "arms: {the_arm: {acceleration: 2, limits: {elbow: {jerk: 3}}}}\n";
   EXPECT_EQ(bounds(yaml, "waist").acceleration, 0.5);
   EXPECT_EQ(bounds(yaml, "waist").upper, 0.2);
   EXPECT_EQ(bounds(yaml, "elbow").acceleration, 2);
@@ -76,7 +76,7 @@ TEST_F(SettingsFile, AGripperIsKnownByItsJointsToo) {
 
 TEST_F(SettingsFile, AnArmsJointIsNoGrippersWhateverIsNamedLikeIt) {
   const std::string yaml =
-      "arms: {left: {group: the_arm, acceleration: 2}}\n"
+      "arms: {the_arm: {acceleration: 2}}\n"
       "hands: {h: {palm_link: palm, mount: wrist, acceleration: 5}}\n";
   EXPECT_EQ(bounds(yaml, "wrist").acceleration, 2);
   EXPECT_EQ(bounds(yaml, "thumb").acceleration, 5);

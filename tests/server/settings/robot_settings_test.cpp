@@ -81,8 +81,8 @@ TEST(RobotSettings, FaultsAreReportedWithTheirLines) {
   EXPECT_THAT(faultsOf(with(kTinyYaml, "version: 1", "version: one")),
               ElementsAre("1: version: must be a whole number from 1 to 1, not 'one'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "urdf: tiny.urdf\n", "")), ElementsAre("1: has no 'urdf'"));
-  EXPECT_THAT(faultsOf(with(kTinyYaml, "group: arm, ", "grop: arm, ")),
-              ElementsAre("6: arms.arm: has no 'group'", "6: arms.arm.grop: unknown key"));
+  EXPECT_THAT(faultsOf(with(kTinyYaml, "tool_link: palm, ", "tol_link: palm, ")),
+              ElementsAre("6: arms.arm: has no 'tool_link'", "6: arms.arm.tol_link: unknown key"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "[1, 0, 0]", "[1, 0, x]")),
               ElementsAre("6: arms.arm.approach_axis.2: must be a finite number, not 'x'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "acceleration: 0.5", "acceleration: -1")),

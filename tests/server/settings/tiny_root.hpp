@@ -31,7 +31,7 @@ name: tiny
 urdf: tiny.urdf
 srdf: tiny.srdf
 arms:
-  arm: {group: arm, tool_link: palm, approach_axis: [1, 0, 0], hand: hand, acceleration: 0.5}
+  arm: {tool_link: palm, approach_axis: [1, 0, 0], hand: hand, acceleration: 0.5}
 hands:
   hand:
     palm_link: palm

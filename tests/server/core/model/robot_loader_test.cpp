@@ -58,7 +58,6 @@ class LoadRobot : public ::testing::Test {
     settings_.settings_file = "tiny.yaml";
     ArmSettings arm;
     arm.name = "arm";
-    arm.group = "arm";
     arm.tool_link = "tool";
     arm.hand = "hand";
     arm.approach_axis = {0, 0, 2};
@@ -349,9 +348,9 @@ TEST_F(LoadRobot, RefusesSettingsThatDoNotFit) {
   EXPECT_THAT(
       faultOf([](auto& s) { s.arms[0].tool_link = "finger_a"; }),
       HasSubstr("the joints of group 'arm' are not those between its base and link 'finger_a'"));
-  EXPECT_THAT(faultOf([](auto& s) { s.arms[0].group = "legs"; }),
-              HasSubstr("arms.arm.group: group 'legs' is not in the SRDF"));
-  EXPECT_THAT(faultOf([](auto& s) { s.arms[0].group = "all"; }),
+  EXPECT_THAT(faultOf([](auto& s) { s.arms[0].name = "legs"; }),
+              HasSubstr("arms.legs: an arm is named as its group of the SRDF, which has all, arm"));
+  EXPECT_THAT(faultOf([](auto& s) { s.arms[0].name = "all"; }),
               HasSubstr("has the mimic joint 'b'"));
   EXPECT_THAT(faultOf([](auto& s) { s.arms[0].hand = "foot"; }),
               HasSubstr("arms.arm.hand: hand 'foot' is not defined"));
