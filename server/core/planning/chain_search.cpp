@@ -249,7 +249,7 @@ bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most
       continue;
     }
     const auto& stages = std::get<std::vector<TimedStage>>(timed);
-    const auto schedule = scheduleStages(state_.problem, motions_.context(), stages);
+    const auto schedule = scheduleStages(motions_.context(), stages);
     state_.plan = assemblePlan(state_.problem, motions_.context(), path, stages, schedule);
     return true;
   }

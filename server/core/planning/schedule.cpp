@@ -67,9 +67,8 @@ Block blockFrom(const std::vector<TimedStage>& stages, std::size_t first) {
 
 class Scheduler {
  public:
-  Scheduler(const TransportProblem& problem, CollisionContext& context,
-            const std::vector<TimedStage>& stages)
-      : problem_(problem), context_(context), stages_(stages), scheduled_(stages.size()) {
+  Scheduler(CollisionContext& context, const std::vector<TimedStage>& stages)
+      : context_(context), stages_(stages), scheduled_(stages.size()) {
     for (const TimedStage& stage : stages) {
       task_.push_back(stage.stage->stage);
       const Manipulator& arm = *stage.stage->mover;
@@ -207,7 +206,6 @@ class Scheduler {
     }
   }
 
-  const TransportProblem& problem_;
   CollisionContext& context_;
   const std::vector<TimedStage>& stages_;
   std::vector<TaskStage> task_;
@@ -218,10 +216,9 @@ class Scheduler {
 
 }  // namespace
 
-std::vector<ScheduledStage> scheduleStages(const TransportProblem& problem,
-                                           CollisionContext& context,
+std::vector<ScheduledStage> scheduleStages(CollisionContext& context,
                                            const std::vector<TimedStage>& stages) {
-  return Scheduler(problem, context, stages).schedule();
+  return Scheduler(context, stages).schedule();
 }
 
 }  // namespace handover

@@ -19,8 +19,7 @@ struct ScheduledStage {
 /// latest as if there were one mover at a time.
 /// @param stages  all of a plan, in order; each proven free while all before it are done and none
 ///                after it has begun.
-std::vector<ScheduledStage> scheduleStages(const TransportProblem& problem,
-                                           CollisionContext& context,
+std::vector<ScheduledStage> scheduleStages(CollisionContext& context,
                                            const std::vector<TimedStage>& stages);
 
 }  // namespace handover
