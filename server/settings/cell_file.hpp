@@ -3,8 +3,9 @@
 // reader.
 #pragma once
 
-#include "core/model/robot_loader.hpp"
 #include "core/model/scene.hpp"
+#include "core/model_io/file_fault.hpp"
+#include "core/model_io/robot_loader.hpp"
 
 #include <handover/common/status.hpp>
 

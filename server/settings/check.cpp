@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/check.hpp"
 
-#include "core/model/file_text.hpp"
-#include "core/model/mesh_reader.hpp"
-#include "core/model/srdf_reader.hpp"
-#include "core/model/urdf_reader.hpp"
+#include "core/model_io/file_text.hpp"
+#include "core/model_io/mesh_reader.hpp"
+#include "core/model_io/srdf_reader.hpp"
+#include "core/model_io/urdf_reader.hpp"
 #include "settings/cell_file.hpp"
 #include "settings/settings_file.hpp"
 #include "settings/yaml_reader.hpp"

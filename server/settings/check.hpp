@@ -2,7 +2,7 @@
 // What `handoverd check FILE ...` does.
 #pragma once
 
-#include "core/model/robot_loader.hpp"
+#include "core/model_io/file_fault.hpp"
 
 #include <filesystem>
 #include <vector>

@@ -2,8 +2,8 @@
 #include "settings/scene_resolver.hpp"
 
 #include "core/kinematics/arm_kinematics.hpp"
-#include "core/model/geometry_shapes.hpp"
-#include "core/model/mesh_reader.hpp"
+#include "core/model_io/geometry_shapes.hpp"
+#include "core/model_io/mesh_reader.hpp"
 
 #include <algorithm>
 

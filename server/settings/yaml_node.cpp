@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/yaml_node.hpp"
 
-#include "core/model/file_text.hpp"
-#include "core/model/robot_loader.hpp"
+#include "core/model_io/file_fault.hpp"
+#include "core/model_io/file_text.hpp"
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/yaml_reader.hpp"
 
-#include "core/model/file_text.hpp"
-#include "core/model/number.hpp"
+#include "core/model_io/file_text.hpp"
+#include "core/model_io/number.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 // with the path of keys that leads to the value; a key that nobody asked for is a fault.
 #pragma once
 
-#include "core/model/robot_loader.hpp"
+#include "core/model_io/file_fault.hpp"
 #include "settings/yaml_node.hpp"
 
 #include <Eigen/Core>

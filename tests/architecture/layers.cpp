@@ -5,9 +5,9 @@ namespace handover::test {
 namespace {
 
 // Each may include those before it, and common.
-const std::vector<std::string> kCoreModules{"decomposition", "model",        "kinematics",
-                                            "collision",     "reachability", "grasp",
-                                            "motion",        "task",         "planning"};
+const std::vector<std::string> kCoreModules{
+    "decomposition", "model", "model_io", "kinematics", "collision",
+    "reachability",  "grasp", "motion",   "task",       "planning"};
 
 std::vector<Layer> makeLayers() {
   std::vector<Layer> all;
@@ -53,8 +53,9 @@ const std::vector<Library>& libraries() {
       {"Bullet", "bt[A-Z]|Bullet|LinearMath/", {"server/core/collision"}, true},
       {"Qhull", "libqhull", {"server/core/decomposition"}, true},
       {"OMPL", "ompl/", {"server/core/motion"}, true},
-      {"urdfdom", "urdf_|console_bridge/", {"server/core/model"}, true},
-      {"assimp", "assimp/", {"server/core/model", "client/verify", "client/view"}, true},
+      {"urdfdom", "urdf_|console_bridge/", {"server/core/model_io"}, true},
+      {"tinyxml2", "tinyxml2", {"server/core/model_io", "client/verify", "client/view"}},
+      {"assimp", "assimp/", {"server/core/model_io", "client/verify", "client/view"}, true},
       {"YAML", "yaml-cpp/", {"server/settings", "client/verify"}, true},
       {"FCL", "fcl/", {"client/verify"}},
       {"KDL", "kdl/", {"client/verify"}},

@@ -2,7 +2,7 @@
 #include "small_robots.hpp"
 
 #include "core/collision/arm_self_collision.hpp"
-#include "core/model/robot_loader.hpp"
+#include "core/model_io/robot_loader.hpp"
 
 #include <cmath>
 #include <sstream>

@@ -3,7 +3,7 @@
 // box.
 #include "core/grasp/grasp_set.hpp"
 #include "core/kinematics/arm_kinematics.hpp"
-#include "core/model/mesh_reader.hpp"
+#include "core/model_io/mesh_reader.hpp"
 #include "robot_files.hpp"
 #include "settings/cell_file.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robot_files.hpp"
 
-#include "core/model/robot_loader.hpp"
+#include "core/model_io/robot_loader.hpp"
 
 #include <Eigen/Geometry>
 

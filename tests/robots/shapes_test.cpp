@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Our collision shapes: convex and closed as written, and as large as the published meshes.
-#include "core/model/mesh_reader.hpp"
+#include "core/model_io/mesh_reader.hpp"
 #include "robot_files.hpp"
 
 #include <Eigen/Geometry>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/grasp/grasp_set.hpp"
-#include "core/model/file_text.hpp"
+#include "core/model_io/file_text.hpp"
 
 #include <nlohmann/json.hpp>
 #include <unistd.h>

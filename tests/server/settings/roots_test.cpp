@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/roots.hpp"
 
-#include "core/model/robot_loader.hpp"
+#include "core/model_io/file_fault.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gtest/gtest.h>

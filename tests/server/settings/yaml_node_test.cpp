@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/yaml_node.hpp"
 
-#include "core/model/robot_loader.hpp"
+#include "core/model_io/file_fault.hpp"
 
 #include <gmock/gmock.h>
 

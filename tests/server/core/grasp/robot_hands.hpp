@@ -2,8 +2,8 @@
 // The robots and things of this repository, as the grasp tests need them.
 #pragma once
 
-#include "core/model/mesh_reader.hpp"
-#include "core/model/robot_loader.hpp"
+#include "core/model_io/mesh_reader.hpp"
+#include "core/model_io/robot_loader.hpp"
 #include "settings/cell_file.hpp"
 #include "test_hands.hpp"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/model/robot_loader.hpp"
+#include "core/model_io/robot_loader.hpp"
 
-#include "core/model/file_text.hpp"
-#include "core/model/srdf_reader.hpp"
-#include "core/model/urdf_reader.hpp"
+#include "core/model_io/file_fault.hpp"
+#include "core/model_io/srdf_reader.hpp"
+#include "core/model_io/urdf_reader.hpp"
 
 #include <openssl/evp.h>
 
@@ -17,15 +17,6 @@ namespace {
 
 constexpr int kMaxArmJoints = 8;
 constexpr double kLimitSlack = 1e-6;
-
-std::string joinedText(const std::vector<FileFault>& faults) {
-  std::string text;
-  for (const FileFault& fault : faults) {
-    if (!text.empty()) text += '\n';
-    text += fault.text();
-  }
-  return text;
-}
 
 std::string sha256(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -344,14 +335,6 @@ class RobotAssembler {
 };
 
 }  // namespace
-
-std::string FileFault::text() const {
-  const std::string at = line > 0 ? file + ":" + std::to_string(line) : file;
-  return at + ": " + oneLine(message);
-}
-
-FileError::FileError(std::vector<FileFault> faults)
-    : std::runtime_error(joinedText(faults)), faults_(std::move(faults)) {}
 
 RobotModel loadRobot(const RobotSettings& settings, const ConvexDecomposer& divide) {
   std::vector<FileFault> faults;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/model/srdf_reader.hpp"
+#include "core/model_io/srdf_reader.hpp"
 
-#include "core/model/xml_reader.hpp"
+#include "core/model_io/xml_reader.hpp"
 
 #include <algorithm>
 #include <set>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/model/urdf_reader.hpp"
+#include "core/model_io/urdf_reader.hpp"
 
-#include "core/model/urdf_checker.hpp"
+#include "core/model_io/urdf_checker.hpp"
 
 #include <console_bridge/console.h>
 #include <urdf_parser/urdf_parser.h>

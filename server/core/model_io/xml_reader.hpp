@@ -3,8 +3,8 @@
 // values. Numbers are read the same way whatever the process's locale.
 #pragma once
 
-#include "core/model/file_text.hpp"
-#include "core/model/robot_loader.hpp"
+#include "core/model_io/file_fault.hpp"
+#include "core/model_io/file_text.hpp"
 
 #include <Eigen/Core>
 #include <tinyxml2.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/model/file_text.hpp"
+#include "core/model_io/file_text.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>

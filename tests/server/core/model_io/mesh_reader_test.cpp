@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/model/mesh_reader.hpp"
+#include "core/model_io/mesh_reader.hpp"
 
-#include "core/model/geometry_shapes.hpp"
-#include "core/model/robot_loader.hpp"
+#include "core/model_io/file_fault.hpp"
+#include "core/model_io/geometry_shapes.hpp"
 #include "support/meshes.hpp"
 #include "support/temporary_folder.hpp"
 

@@ -2,8 +2,8 @@
 // SRDF as written, names checked against the URDF's; every fault with its line.
 #pragma once
 
-#include "core/model/robot_loader.hpp"
-#include "core/model/urdf_reader.hpp"
+#include "core/model_io/file_fault.hpp"
+#include "core/model_io/urdf_reader.hpp"
 
 #include <filesystem>
 #include <map>

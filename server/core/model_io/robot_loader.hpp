@@ -6,33 +6,11 @@
 #include "core/decomposition/convex_decomposition.hpp"
 #include "core/model/robot_model.hpp"
 
-#include <handover/common/result.hpp>
-
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace handover {
-
-/// A fault in an input file: `file:line: message`; line 0 when unknown.
-struct FileFault {
-  std::string file;
-  int line = 0;
-  std::string message;
-  std::string text() const;
-};
-
-/// Everything wrong with some input files at once.
-class FileError : public std::runtime_error {
- public:
-  explicit FileError(std::vector<FileFault> faults);
-
-  const std::vector<FileFault>& faults() const { return faults_; }
-
- private:
-  std::vector<FileFault> faults_;
-};
 
 /// [1/s] A jerk limit that is not given is this times that of the acceleration.
 inline constexpr double kJerkPerAcceleration = 10;

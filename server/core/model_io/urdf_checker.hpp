@@ -4,7 +4,8 @@
 #pragma once
 
 #include "core/decomposition/convex_decomposition.hpp"
-#include "core/model/robot_loader.hpp"
+#include "core/model/shape.hpp"
+#include "core/model_io/file_fault.hpp"
 
 #include <array>
 #include <filesystem>

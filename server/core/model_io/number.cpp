@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/model/number.hpp"
+#include "core/model_io/number.hpp"
 
 #include <algorithm>
 #include <charconv>

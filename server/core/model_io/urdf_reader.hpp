@@ -3,7 +3,9 @@
 // fault.
 #pragma once
 
-#include "core/model/robot_loader.hpp"
+#include "core/decomposition/convex_decomposition.hpp"
+#include "core/model/robot_model.hpp"
+#include "core/model_io/file_fault.hpp"
 
 #include <filesystem>
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One bad URDF per rule: the fault and its line.
-#include "core/model/urdf_reader.hpp"
+#include "core/model_io/urdf_reader.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gmock/gmock.h>

@@ -3,7 +3,7 @@
 // that hold themselves until the stack ends, and needs minutes for polygons of 100 000 corners.
 #pragma once
 
-#include "core/model/robot_loader.hpp"
+#include "core/model_io/file_fault.hpp"
 
 #include <filesystem>
 #include <string>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/model/mesh_reader.hpp"
+#include "core/model_io/mesh_reader.hpp"
 
-#include "core/model/file_text.hpp"
-#include "core/model/mesh_checker.hpp"
-#include "core/model/robot_loader.hpp"
+#include "core/model_io/file_fault.hpp"
+#include "core/model_io/file_text.hpp"
+#include "core/model_io/mesh_checker.hpp"
 
 #include <assimp/IOStream.hpp>
 #include <assimp/IOSystem.hpp>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A small robot through the whole loader, and what is refused in SRDF and settings.
-#include "core/model/robot_loader.hpp"
+#include "core/model_io/robot_loader.hpp"
 
+#include "core/model_io/file_fault.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <gmock/gmock.h>

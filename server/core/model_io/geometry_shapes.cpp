@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/model/geometry_shapes.hpp"
+#include "core/model_io/geometry_shapes.hpp"
 
-#include "core/model/mesh_reader.hpp"
+#include "core/model_io/mesh_reader.hpp"
 
 namespace handover {
 namespace {

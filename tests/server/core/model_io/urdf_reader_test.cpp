@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is written into a URDF is what comes out.
-#include "core/model/urdf_reader.hpp"
+#include "core/model_io/urdf_reader.hpp"
 
 #include "support/meshes.hpp"
 #include "support/temporary_folder.hpp"

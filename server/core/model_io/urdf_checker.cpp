@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/model/urdf_checker.hpp"
+#include "core/model_io/urdf_checker.hpp"
 
-#include "core/model/mesh_reader.hpp"
-#include "core/model/xml_reader.hpp"
+#include "core/model_io/mesh_reader.hpp"
+#include "core/model_io/xml_reader.hpp"
 
 #include <handover/common/check.hpp>
 
