@@ -278,7 +278,7 @@ std::vector<std::string> readChain(YamlMap& task, const YamlValue& value) {
     if (chain->text().value_or("") != kAutoChain) chain->fault("must be a list or auto");
     return {};
   }
-  const auto holders = chain->texts().value_or(std::vector<std::string>());
+  auto holders = chain->texts().value_or(std::vector<std::string>());
   if (holders.empty()) chain->fault("is empty");
   if (holders.size() > bounds::kHolders) {
     chain->fault("has more than " + std::to_string(bounds::kHolders) + " holders");
