@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The map's file: a header, the dense grid of indices (int32, -1 = not reached, x slowest), the
-// voxels in grid order. Everything little-endian and aligned, so that it is used where it is
-// mapped.
+// voxels in grid order. Everything little-endian and aligned, so that it is used as it is read.
 #pragma once
 
 #include "core/reachability/reachability_map.hpp"
@@ -62,20 +61,9 @@ Result<bool> writeMapFile(const std::filesystem::path& file, FileHeader header,
                           std::span<const std::int32_t> index,
                           std::span<const ReachabilityVoxel> voxels);
 
-/// A read-only mapping of a whole file.
-class MappedFile {
- public:
-  MappedFile() = default;
-  MappedFile(const MappedFile&) = delete;
-  MappedFile& operator=(const MappedFile&) = delete;
-  ~MappedFile();
-  Result<bool> open(const std::filesystem::path& file);
-
-  std::span<const std::byte> bytes() const { return bytes_; }
-
- private:
-  std::span<const std::byte> bytes_;
-};
+/// The bytes of a whole plain file. kNotFound: there is none; kInvalidInput: not a plain file,
+/// shorter than a header or longer than any map; kIo: it cannot be read.
+Result<std::vector<std::byte>> readMapFile(const std::filesystem::path& file);
 
 /// Checks every field against the file's size and every index and voxel; kInvalidInput with the
 /// reason.

@@ -33,7 +33,7 @@ struct ReachabilityVoxel {
 /// Bin (0..63) of a unit direction in A: 8 x 8 equal-area bins (z by azimuth).
 int directionBin(const Eigen::Vector3d& direction_A);
 
-/// Immutable, memory-mapped. Safe from any thread.
+/// Immutable, in memory: what happens to its file later does not matter. Safe from any thread.
 class ReachabilityMap {
  public:
   /// Called with the fraction done in [0, 1].
@@ -59,7 +59,7 @@ class ReachabilityMap {
                             const std::filesystem::path& file, const Progress& progress,
                             const Deadline& deadline);
 
-  /// Maps a file. kNotFound: no file; kInvalidInput: magic, version, hash, checksum or any other
+  /// Reads a file. kNotFound: no file; kInvalidInput: magic, version, hash, checksum or any other
   /// part does not fit; kIo: it cannot be read.
   static Result<std::shared_ptr<const ReachabilityMap>> open(const std::filesystem::path& file,
                                                              std::uint64_t expected_hash);

@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cstring>
 
 namespace handover::test {
@@ -192,12 +193,31 @@ TEST_F(MapFile, ReplacesTheOldOneAndLeavesNothingBeside) {
   ASSERT_TRUE(ReachabilityMap::build(model, 0, RobotVector::Zero(2),
                                      {.voxel = 0.02, .samples = 5000}, {}, file_, {}, Deadline())
                   .has_value());
-  EXPECT_EQ((*old)->filledVoxels(), voxels);  // still the old file's pages
+  EXPECT_EQ((*old)->filledVoxels(), voxels);  // as it was read
   EXPECT_FALSE(ReachabilityMap::open(file_, hash_).has_value());
   std::size_t files = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_.path()))
     ++files;
   EXPECT_EQ(files, 1u);
+}
+
+TEST_F(MapFile, DoesNotMatterOnceItIsRead) {
+  const auto map = ReachabilityMap::open(file_, hash_);
+  ASSERT_TRUE(map.has_value());
+  const auto entries = [&] {
+    std::vector<double> all;
+    for (double x = -0.55; x < 0.6; x += 0.1) {
+      for (double y = -0.55; y < 0.6; y += 0.1) all.push_back((**map)({x, y, 0.05}));
+    }
+    return all;
+  };
+  const std::vector<double> before = entries();
+  EXPECT_GT(*std::max_element(before.begin(), before.end()), 0);
+  std::filesystem::resize_file(file_, 0);  // the same file, as a copy over it would do
+  EXPECT_EQ(entries(), before);
+  writeBytes(file_, std::vector<char>(good_.size(), 0x7f));
+  EXPECT_EQ(entries(), before);
+  EXPECT_FALSE(ReachabilityMap::open(file_, hash_).has_value());
 }
 
 TEST_F(MapFile, MakesItsFolderAndSaysWhyItCannot) {
