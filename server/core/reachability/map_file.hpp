@@ -22,7 +22,7 @@ static_assert(std::endian::native == std::endian::little, "map files are little-
 static_assert(sizeof(ReachabilityVoxel) == 48 && offsetof(ReachabilityVoxel, q_seed) == 16);
 
 /// Raised whenever the file's layout or the meaning of its contents changes.
-inline constexpr std::uint32_t kFileVersion = 1;
+inline constexpr std::uint32_t kFileVersion = 2;
 inline constexpr std::array<char, 8> kMagic{'H', 'O', 'R', 'E', 'A', 'C', 'H', '\n'};
 /// More cells than this are refused: 0.5 GB of indices.
 inline constexpr std::uint64_t kMostCells = std::uint64_t{1} << 27;
@@ -35,8 +35,8 @@ struct FileHeader {
   std::uint64_t hash = 0;      ///< ReachabilityMap::hash
   std::uint64_t file_size = 0;
   double voxel = 0;            ///< edge [m]
-  std::uint64_t samples = 0;   ///< drawn
-  std::uint64_t accepted = 0;  ///< of them not in self-collision
+  std::uint64_t samples = 0;   ///< drawn over the whole range
+  std::uint64_t accepted = 0;  ///< in voxels: not in self-collision, those added at near ties too
   std::uint64_t seed = 0;
   std::array<std::int32_t, 3>
       first{};  ///< voxel (i, j, k) covers [i, i+1) x [j, j+1) x [k, k+1) edges

@@ -27,7 +27,7 @@ class MapFile : public testing::Test {
     const ReachabilityParams params{.voxel = 0.1, .samples = 2000, .seed = 1};
     const RobotVector q = RobotVector::Zero(2);
     hash_ = ReachabilityMap::hash(model, 0, q, params);
-    const auto built = ReachabilityMap::build(model, 0, q, params, {}, file_, {}, Deadline());
+    const auto built = ReachabilityMap::build(model, q, params, {}, {file_}, {}, Deadline());
     if (!built) throw std::runtime_error(built.error().detail);
     good_ = readBytes(file_);
   }
@@ -117,8 +117,8 @@ TEST_F(MapFile, NamesWhatIsWrong) {
     return complaint(with(h));
   };
   EXPECT_THAT(changed([](FileHeader& h) { h.magic[0] = 'X'; }), HasSubstr("magic"));
-  EXPECT_THAT(changed([](FileHeader& h) { h.version = 2; }), HasSubstr("version 2"));
-  EXPECT_THAT(changed([](FileHeader& h) { h.version = 0; }), HasSubstr("version 0"));
+  EXPECT_THAT(changed([](FileHeader& h) { h.version = 3; }), HasSubstr("version 3"));
+  EXPECT_THAT(changed([](FileHeader& h) { h.version = 1; }), HasSubstr("version 1"));
   EXPECT_THAT(changed([](FileHeader& h) { ++h.hash; }), HasSubstr("hash"));
   EXPECT_THAT(changed([](FileHeader& h) { ++h.header_size; }), HasSubstr("sizes"));
   EXPECT_THAT(changed([](FileHeader& h) { h.voxel_bytes = 0; }), HasSubstr("sizes"));
@@ -190,8 +190,8 @@ TEST_F(MapFile, ReplacesTheOldOneAndLeavesNothingBeside) {
   const auto old = ReachabilityMap::open(file_, hash_);
   ASSERT_TRUE(old.has_value());
   const std::size_t voxels = (*old)->filledVoxels();
-  ASSERT_TRUE(ReachabilityMap::build(model, 0, RobotVector::Zero(2),
-                                     {.voxel = 0.02, .samples = 5000}, {}, file_, {}, Deadline())
+  ASSERT_TRUE(ReachabilityMap::build(model, RobotVector::Zero(2), {.voxel = 0.02, .samples = 5000},
+                                     {}, {file_}, {}, Deadline())
                   .has_value());
   EXPECT_EQ((*old)->filledVoxels(), voxels);  // as it was read
   EXPECT_FALSE(ReachabilityMap::open(file_, hash_).has_value());
@@ -223,7 +223,7 @@ TEST_F(MapFile, DoesNotMatterOnceItIsRead) {
 TEST_F(MapFile, MakesItsFolderAndSaysWhyItCannot) {
   const RobotModel model = planarArm();
   const auto build = [&](const std::filesystem::path& file) {
-    return ReachabilityMap::build(model, 0, RobotVector::Zero(2), {.samples = 100}, {}, file, {},
+    return ReachabilityMap::build(model, RobotVector::Zero(2), {.samples = 100}, {}, {file}, {},
                                   Deadline());
   };
   EXPECT_TRUE(build(folder_ / "new/deep/map").has_value());
