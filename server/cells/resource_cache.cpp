@@ -17,6 +17,24 @@ std::string hexText(std::uint64_t hash) {
   return text;
 }
 
+/// What was made of an arm's map, for the log.
+std::string lineOf(const RobotModel& model, std::size_t arm, const MapReport& report) {
+  std::string line = model.name + "/" + model.arms[arm].name + ": ";
+  if (report.image_of >= 0) {
+    line += "the mirror image of " + model.arms[static_cast<std::size_t>(report.image_of)].name;
+  } else {
+    line += "a map of its own";
+    if (!report.why_own.empty()) line += " (" + report.why_own + ")";
+  }
+  line += ", " + std::to_string(report.accepted) + " samples, " + std::to_string(report.near_ties) +
+          " voxels near a tie of two arms";
+  if (report.near_ties_short > 0) {
+    line += ", " + std::to_string(report.near_ties_short) + " of them with fewer than " +
+            std::to_string(ReachabilityParams{}.tie_samples) + " samples";
+  }
+  return line;
+}
+
 GraspParams graspParams(const SceneObject& object, const SceneRobot& robot, const Hand& hand) {
   GraspParams params;
   if (const auto by_robot = object.grasp_counts.find(robot.name);
@@ -82,42 +100,66 @@ std::shared_ptr<const Product> ResourceCache::get(Shelf<Product>& shelf, std::ui
 
 std::shared_ptr<const ReachabilityMap> ResourceCache::map(const SceneRobot& robot, int arm,
                                                           const Deadline& deadline) {
+  // Each arm's hash covers them all.
   const std::uint64_t hash =
-      ReachabilityMap::hash(*robot.model, arm, robot.q_start, ReachabilityParams{});
-  return get(maps_, hash, deadline, [&] { return makeMap(robot, arm, hash, deadline); });
+      ReachabilityMap::hash(*robot.model, 0, robot.q_start, ReachabilityParams{});
+  const auto maps = get(maps_, hash, deadline, [&] {
+    const std::vector<MapFile> files = mapFiles(robot);
+    if (auto kept = force_ ? nullptr : readMaps(files)) return kept;
+    makeMaps(robot, files, deadline);
+    if (auto made = readMaps(files)) return made;
+    throw std::runtime_error("maps of " + robot.model->name + ": gone as soon as made");
+  });
+  return maps->at(static_cast<std::size_t>(arm));
 }
 
-std::shared_ptr<const ReachabilityMap> ResourceCache::makeMap(const SceneRobot& robot, int arm,
-                                                              std::uint64_t hash,
-                                                              const Deadline& deadline) {
-  const ReachabilityParams params;
-  const std::string arm_name =
-      robot.model->name + "/" + robot.model->arms[static_cast<std::size_t>(arm)].name;
-  const auto file =
-      folder_ / "maps" /
-      (robot.model->name + "-" + robot.model->arms[static_cast<std::size_t>(arm)].name + "-" +
-       hexText(hash) + ".map");
-  auto log = logger("maps");
-  if (!force_) {
-    auto map = ReachabilityMap::open(file, hash);
-    if (map) return *map;
-    if (map.error().code != ErrorCode::kNotFound) {
-      log->warn("{}; rebuilding", map.error().detail);
-    }
+std::vector<ResourceCache::MapFile> ResourceCache::mapFiles(const SceneRobot& robot) const {
+  std::vector<MapFile> files;
+  for (const Arm& arm : robot.model->arms) {
+    const std::uint64_t hash = ReachabilityMap::hash(*robot.model, static_cast<int>(files.size()),
+                                                     robot.q_start, ReachabilityParams{});
+    files.push_back(
+        {folder_ / "maps" / (robot.model->name + "-" + arm.name + "-" + hexText(hash) + ".map"),
+         hash});
   }
-  std::filesystem::create_directories(file.parent_path());
-  const ArmSelfCollision touches_itself(*robot.model, arm, robot.q_start);
-  const auto built = ReachabilityMap::build(
-      *robot.model, arm, robot.q_start, params,
-      [&](const ArmVector& q) { return touches_itself(q); }, file,
+  return files;
+}
+
+std::shared_ptr<const ResourceCache::RobotMaps> ResourceCache::readMaps(
+    const std::vector<MapFile>& files) {
+  auto maps = std::make_shared<RobotMaps>();
+  for (const MapFile& file : files) {
+    auto map = ReachabilityMap::open(file.path, file.hash);
+    if (!map) {
+      if (map.error().code != ErrorCode::kNotFound) {
+        logger("maps")->warn("{}; rebuilding", map.error().detail);
+      }
+      return nullptr;
+    }
+    maps->push_back(*map);
+  }
+  return maps;
+}
+
+void ResourceCache::makeMaps(const SceneRobot& robot, const std::vector<MapFile>& files,
+                             const Deadline& deadline) {
+  const RobotModel& model = *robot.model;
+  std::vector<std::filesystem::path> paths;
+  std::vector<ReachabilityMap::SelfCollision> touch;
+  for (const MapFile& file : files) {
+    touch.emplace_back(ArmSelfCollision(model, static_cast<int>(paths.size()), robot.q_start));
+    paths.push_back(file.path);
+  }
+  const auto reports = ReachabilityMap::build(
+      model, robot.q_start, ReachabilityParams{}, touch, paths,
       [&](double fraction) {
-        if (progress_) progress_("map " + arm_name, fraction);
+        if (progress_) progress_("maps " + model.name, fraction);
       },
       deadline);
-  if (!built) throw std::runtime_error("map of " + arm_name + ": " + built.error().detail);
-  auto map = ReachabilityMap::open(file, hash);
-  if (!map) throw std::runtime_error("map of " + arm_name + ": " + map.error().detail);
-  return *map;
+  if (!reports) throw std::runtime_error("maps of " + model.name + ": " + reports.error().detail);
+  for (std::size_t arm = 0; arm < reports->size(); ++arm) {
+    logger("maps")->info("{}", lineOf(model, arm, (*reports)[arm]));
+  }
 }
 
 std::shared_ptr<const GraspSet> ResourceCache::grasps(const SceneObject& object,

@@ -13,6 +13,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <vector>
 
 namespace handover {
 
@@ -21,7 +22,7 @@ namespace handover {
 /// that want another don't.
 class ResourceCache {
  public:
-  /// What is being made ("map crichton/left", "grasps cup hubo/left_hand") and the fraction done.
+  /// What is being made ("maps crichton", "grasps cup hubo/left_hand") and the fraction done.
   using Progress = std::function<void(const std::string& what, double fraction)>;
 
   /// `force`: make everything anew, whatever the cache holds.
@@ -46,8 +47,19 @@ class ResourceCache {
   template <typename Product, typename Make>
   std::shared_ptr<const Product> get(Shelf<Product>& shelf, std::uint64_t hash,
                                      const Deadline& deadline, Make make);
-  std::shared_ptr<const ReachabilityMap> makeMap(const SceneRobot& robot, int arm,
-                                                 std::uint64_t hash, const Deadline& deadline);
+  /// The maps of a robot's arms, made together.
+  using RobotMaps = std::vector<std::shared_ptr<const ReachabilityMap>>;
+
+  struct MapFile {
+    std::filesystem::path path;
+    std::uint64_t hash;
+  };
+
+  std::vector<MapFile> mapFiles(const SceneRobot& robot) const;
+  /// nullptr when one of them is missing or does not fit.
+  static std::shared_ptr<const RobotMaps> readMaps(const std::vector<MapFile>& files);
+  void makeMaps(const SceneRobot& robot, const std::vector<MapFile>& files,
+                const Deadline& deadline);
   std::shared_ptr<const GraspSet> makeGrasps(const SceneObject& object, const SceneRobot& robot,
                                              int arm, std::uint64_t hash, const Deadline& deadline);
 
@@ -57,7 +69,7 @@ class ResourceCache {
   Mutex mutex_;
   Condition made_;
   // Shelves are guarded too; clang does not follow them into get().
-  Shelf<ReachabilityMap> maps_;
+  Shelf<RobotMaps> maps_;
   Shelf<GraspSet> grasps_;
   std::map<std::pair<const RobotModel*, int>, std::shared_ptr<const ArmKinematics>> kinematics_
       HANDOVER_GUARDED_BY(mutex_);

@@ -4,6 +4,7 @@
 #include "core/model_io/file_fault.hpp"
 
 #include <cstdlib>
+#include <stdexcept>
 
 namespace handover {
 namespace {
@@ -63,10 +64,12 @@ fs::path cacheFolder(const std::string& given) {
   if (const fs::path cache = environment("XDG_CACHE_HOME"); cache.is_absolute()) {
     return fs::path(cache) / "handover";
   }
-  if (const std::string home = environment("HOME"); !home.empty()) {
-    return fs::path(home) / ".cache" / "handover";
+  if (const fs::path home = environment("HOME"); home.is_absolute()) {
+    return home / ".cache" / "handover";
   }
-  return fs::temp_directory_path() / "handover";
+  throw std::runtime_error(
+      "no place for the cache: neither XDG_CACHE_HOME nor HOME is an absolute path; set one of "
+      "them, or cache: in the daemon's settings file");
 }
 
 }  // namespace handover

@@ -20,8 +20,9 @@ std::filesystem::path cellFile(const std::string& name_or_file, const std::files
 /// robots/NAME/NAME.yaml below the root.
 std::filesystem::path robotFile(const std::string& model, const std::filesystem::path& root);
 
-/// The cache folder: `given`, else $XDG_CACHE_HOME/handover, else ~/.cache/handover, else a folder
-/// of the temporary directory.
+/// The cache folder: `given`, else $XDG_CACHE_HOME/handover, else ~/.cache/handover; relative paths
+/// in the environment do not count. Never a folder of the temporary directory: that is anybody's.
+/// @throws std::runtime_error that names what to set when there is none of them.
 std::filesystem::path cacheFolder(const std::string& given);
 
 }  // namespace handover

@@ -121,24 +121,25 @@ void compare(const RobotModel& model, int arm_index, PlainMap& plain) {
 }
 
 Row mapOf(const SceneRobot& robot, const ArmName& name, const Effort& effort) {
-  const RobotModel& model = *robot.model;
-  const int arm = model.findArm(name.arm);
+  // One arm alone: a robot's maps are sampled together.
+  RobotModel model = *robot.model;
+  model.arms = {model.arms.at(static_cast<std::size_t>(model.findArm(name.arm)))};
   ReachabilityParams params;
   params.samples = static_cast<std::uint64_t>(effort.samples);
   const test::TemporaryFolder folder;
-  PlainMap plain(model, model.arms[static_cast<std::size_t>(arm)], params.voxel);
-  compare(model, arm, plain);
-  const auto times =
-      medianRounds(effort.rounds, {[&] {
-                                     const auto built = ReachabilityMap::build(
-                                         model, arm, robot.q_start, params, nullptr,
-                                         folder / "bench.map", nullptr, Deadline());
-                                     if (!built) throw std::runtime_error(built.error().detail);
-                                   },
-                                   [&] {
-                                     plain.sample(effort.samples);
-                                     benchmark::DoNotOptimize(plain.filledVoxels());
-                                   }});
+  const std::vector<std::filesystem::path> files{folder / "bench.map"};
+  PlainMap plain(model, model.arms.front(), params.voxel);
+  compare(model, 0, plain);
+  const auto times = medianRounds(
+      effort.rounds, {[&] {
+                        const auto built = ReachabilityMap::build(model, robot.q_start, params, {},
+                                                                  files, nullptr, Deadline());
+                        if (!built) throw std::runtime_error(built.error().detail);
+                      },
+                      [&] {
+                        plain.sample(effort.samples);
+                        benchmark::DoNotOptimize(plain.filledVoxels());
+                      }});
   return {std::string("map of ") + name.title + ", a sample", times[0] / effort.samples * 1e9,
           times[1] / effort.samples * 1e9, "plain Eigen loop into voxels", "ns"};
 }

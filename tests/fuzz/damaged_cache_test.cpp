@@ -73,7 +73,7 @@ class DamagedMap : public testing::Test {
     const ReachabilityParams params{.voxel = 0.1, .samples = 2000, .seed = 1};
     const RobotVector q = RobotVector::Zero(2);
     hash_ = ReachabilityMap::hash(model, 0, q, params);
-    const auto built = ReachabilityMap::build(model, 0, q, params, {}, file_, {}, Deadline());
+    const auto built = ReachabilityMap::build(model, q, params, {}, {file_}, {}, Deadline());
     if (!built) throw std::runtime_error(built.error().detail);
     good_ = contentOf(file_);
   }

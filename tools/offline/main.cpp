@@ -94,4 +94,11 @@ int run(int argc, char** argv) {
 
 }  // namespace handover
 
-int main(int argc, char** argv) { return handover::run(argc, argv); }
+int main(int argc, char** argv) {
+  try {
+    return handover::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "plan_offline: %s\n", error.what());
+    return 1;
+  }
+}

@@ -5,8 +5,8 @@
 #include <handover/common/descriptor.hpp>
 
 #include <fcntl.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
+#include <unistd.h>
 #include <xxhash.h>
 
 #include <cerrno>
@@ -74,12 +74,7 @@ Result<bool> writeMapFile(const fs::path& file, FileHeader header,
   return writeFileAtomically(file, assemble(header, index, voxels));
 }
 
-MappedFile::~MappedFile() {
-  if (bytes_.empty()) return;
-  ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());  // NOLINT
-}
-
-Result<bool> MappedFile::open(const fs::path& file) {
+Result<std::vector<std::byte>> readMapFile(const fs::path& file) {
   // Not blocking, should the name be a pipe.
   const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (fd.get() < 0) {
@@ -97,11 +92,20 @@ Result<bool> MappedFile::open(const fs::path& file) {
   if (status.st_size < static_cast<off_t>(sizeof(FileHeader))) {
     return invalid(file.string() + ": shorter than a map's header");
   }
-  const auto size = static_cast<std::size_t>(status.st_size);
-  void* address = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd.get(), 0);
-  if (address == MAP_FAILED) return Error{ErrorCode::kIo, file.string() + ": " + reason(errno)};
-  bytes_ = {static_cast<const std::byte*>(address), size};
-  return true;
+  const auto size = static_cast<std::uint64_t>(status.st_size);
+  if (size > layoutOf(kMostCells, kMostCells).end) {
+    return invalid(file.string() + ": longer than any map");
+  }
+  std::vector<std::byte> bytes(size);
+  std::size_t got = 0;
+  while (got < bytes.size()) {
+    const ssize_t n = ::read(fd.get(), bytes.data() + got, bytes.size() - got);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return Error{ErrorCode::kIo, file.string() + ": " + reason(errno)};
+    if (n == 0) return invalid(file.string() + ": cut short while it was read");
+    got += static_cast<std::size_t>(n);
+  }
+  return bytes;
 }
 
 Result<FileHeader> checkMapFile(std::span<const std::byte> bytes, std::uint64_t expected_hash) {

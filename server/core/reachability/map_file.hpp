@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The map's file: a header, the dense grid of indices (int32, -1 = not reached, x slowest), the
-// voxels in grid order. Everything little-endian and aligned, so that it is used where it is
-// mapped.
+// voxels in grid order. Everything little-endian and aligned, so that it is used as it is read.
 #pragma once
 
 #include "core/reachability/reachability_map.hpp"
@@ -23,7 +22,7 @@ static_assert(std::endian::native == std::endian::little, "map files are little-
 static_assert(sizeof(ReachabilityVoxel) == 48 && offsetof(ReachabilityVoxel, q_seed) == 16);
 
 /// Raised whenever the file's layout or the meaning of its contents changes.
-inline constexpr std::uint32_t kFileVersion = 1;
+inline constexpr std::uint32_t kFileVersion = 2;
 inline constexpr std::array<char, 8> kMagic{'H', 'O', 'R', 'E', 'A', 'C', 'H', '\n'};
 /// More cells than this are refused: 0.5 GB of indices.
 inline constexpr std::uint64_t kMostCells = std::uint64_t{1} << 27;
@@ -36,8 +35,8 @@ struct FileHeader {
   std::uint64_t hash = 0;      ///< ReachabilityMap::hash
   std::uint64_t file_size = 0;
   double voxel = 0;            ///< edge [m]
-  std::uint64_t samples = 0;   ///< drawn
-  std::uint64_t accepted = 0;  ///< of them not in self-collision
+  std::uint64_t samples = 0;   ///< drawn over the whole range
+  std::uint64_t accepted = 0;  ///< in voxels: not in self-collision, those added at near ties too
   std::uint64_t seed = 0;
   std::array<std::int32_t, 3>
       first{};  ///< voxel (i, j, k) covers [i, i+1) x [j, j+1) x [k, k+1) edges
@@ -62,20 +61,9 @@ Result<bool> writeMapFile(const std::filesystem::path& file, FileHeader header,
                           std::span<const std::int32_t> index,
                           std::span<const ReachabilityVoxel> voxels);
 
-/// A read-only mapping of a whole file.
-class MappedFile {
- public:
-  MappedFile() = default;
-  MappedFile(const MappedFile&) = delete;
-  MappedFile& operator=(const MappedFile&) = delete;
-  ~MappedFile();
-  Result<bool> open(const std::filesystem::path& file);
-
-  std::span<const std::byte> bytes() const { return bytes_; }
-
- private:
-  std::span<const std::byte> bytes_;
-};
+/// The bytes of a whole plain file. kNotFound: there is none; kInvalidInput: not a plain file,
+/// shorter than a header or longer than any map; kIo: it cannot be read.
+Result<std::vector<std::byte>> readMapFile(const std::filesystem::path& file);
 
 /// Checks every field against the file's size and every index and voxel; kInvalidInput with the
 /// reason.

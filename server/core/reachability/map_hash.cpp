@@ -96,21 +96,8 @@ std::vector<bool> linksThatCount(const RobotModel& model, const Arm& arm) {
   return counts;
 }
 
-}  // namespace
-
-std::uint64_t ReachabilityMap::hash(const RobotModel& model, int arm_index,
-                                    const RobotVector& q_torso, const ReachabilityParams& params) {
-  if (q_torso.size() != model.dofs()) {
-    throw std::invalid_argument("a robot of " + std::to_string(model.dofs()) +
-                                " joints was given " + std::to_string(q_torso.size()) +
-                                " positions");
-  }
-  const Arm& arm = model.arms.at(static_cast<std::size_t>(arm_index));
-  Hasher hasher;
-  hasher.add(std::int64_t{reachability::kFileVersion});
-  hasher.add(params.voxel);
-  hasher.add(static_cast<std::int64_t>(params.samples));
-  hasher.add(static_cast<std::int64_t>(params.seed));
+/// All that decides what one arm reaches.
+void addArm(const RobotModel& model, const Arm& arm, const RobotVector& q_torso, Hasher& hasher) {
   hasher.add(std::int64_t{arm.base_link});
   hasher.add(std::int64_t{arm.tool_link});
   hasher.add(arm.approach_axis);
@@ -143,6 +130,26 @@ std::uint64_t ReachabilityMap::hash(const RobotModel& model, int arm_index,
     hasher.add(std::int64_t{pair.first});
     hasher.add(std::int64_t{pair.second});
   }
+}
+
+}  // namespace
+
+std::uint64_t ReachabilityMap::hash(const RobotModel& model, int arm, const RobotVector& q_torso,
+                                    const ReachabilityParams& params) {
+  if (q_torso.size() != model.dofs()) {
+    throw std::invalid_argument("a robot of " + std::to_string(model.dofs()) +
+                                " joints was given " + std::to_string(q_torso.size()) +
+                                " positions");
+  }
+  Hasher hasher;
+  hasher.add(std::int64_t{reachability::kFileVersion});
+  hasher.add(params.voxel);
+  hasher.add(static_cast<std::int64_t>(params.samples));
+  hasher.add(static_cast<std::int64_t>(params.seed));
+  hasher.add(static_cast<std::int64_t>(params.tie_samples));
+  hasher.add(params.tie_errors);
+  hasher.add(std::int64_t{arm});
+  for (const Arm& each : model.arms) addArm(model, each, q_torso, hasher);
   return hasher.digest();
 }
 

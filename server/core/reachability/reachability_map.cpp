@@ -19,7 +19,7 @@ int directionBin(const Eigen::Vector3d& direction_A) {
 }
 
 struct ReachabilityMap::Data {
-  reachability::MappedFile file;
+  std::vector<std::byte> bytes;  ///< of the file when it was opened
   reachability::FileHeader header;
   const std::int32_t* index = nullptr;
   const ReachabilityVoxel* voxels = nullptr;
@@ -33,8 +33,10 @@ Result<std::shared_ptr<const ReachabilityMap>> ReachabilityMap::open(
     const std::filesystem::path& file, std::uint64_t expected_hash) {
   const std::shared_ptr<ReachabilityMap> map(new ReachabilityMap);
   Data& data = *map->data_;
-  if (const auto mapped = data.file.open(file); !mapped) return mapped.error();
-  const auto bytes = data.file.bytes();
+  auto read = reachability::readMapFile(file);
+  if (!read) return read.error();
+  data.bytes = std::move(*read);
+  const std::vector<std::byte>& bytes = data.bytes;
   const auto header = reachability::checkMapFile(bytes, expected_hash);
   if (!header) return Error{header.error().code, file.string() + ": " + header.error().detail};
   data.header = *header;

@@ -8,10 +8,12 @@
 #include <handover/common/deadline.hpp>
 #include <handover/common/result.hpp>
 
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <span>
+#include <string>
+#include <vector>
 
 namespace handover {
 
@@ -19,6 +21,19 @@ struct ReachabilityParams {
   double voxel = 0.05;                ///< edge [m]
   std::uint64_t samples = 1'000'000;  ///< configurations uniform within limits
   std::uint64_t seed = 1;
+  /// Voxels in which two arms of the robot are as good to within so many standard errors get more
+  /// samples, up to this count in each (or until the most draws are spent).
+  std::uint32_t tie_samples = 200;
+  double tie_errors = 3;
+};
+
+/// What was made of one arm's map.
+struct MapReport {
+  int image_of = -1;                ///< the earlier arm whose map it shares, mirrored; -1: its own
+  std::string why_own;              ///< what differs from a mirror image of the last earlier arm
+  std::uint64_t accepted = 0;       ///< samples in voxels
+  std::size_t near_ties = 0;        ///< voxels in which another arm is as good, within the errors
+  std::size_t near_ties_short = 0;  ///< of them with fewer than tie_samples after all
 };
 
 /// One voxel: [i, i+1) x [j, j+1) x [k, k+1) edges in A. Directions: 64 bins of the approach axis
@@ -33,33 +48,41 @@ struct ReachabilityVoxel {
 /// Bin (0..63) of a unit direction in A: 8 x 8 equal-area bins (z by azimuth).
 int directionBin(const Eigen::Vector3d& direction_A);
 
-/// Immutable, memory-mapped. Safe from any thread.
+/// Immutable, in memory: what happens to its file later does not matter. Safe from any thread.
 class ReachabilityMap {
  public:
   /// Called with the fraction done in [0, 1].
   using Progress = std::function<void(double)>;
-  /// True when the arm at q touches itself or its rigid torso; such samples are left out.
+  /// True when the arm at q touches itself or its rigid torso.
   using SelfCollision = std::function<bool(const ArmVector&)>;
 
-  /// Hash of all that decides a map's content: the chain and its limits, the shapes and standing
-  /// joints of the arm, its open hand and everything that no other arm moves (as ArmSelfCollision
-  /// tests them), the parameters. Lengths and angles count to 1e-9.
+  /// Hash of all that decides a map's content: for each arm of the robot (they share samples, and
+  /// are compared) the chain and its limits, the shapes and standing joints of the arm, its open
+  /// hand and everything that no other arm moves (as ArmSelfCollision tests them); the parameters.
+  /// Lengths and angles count to 1e-9.
   /// @param q_torso  posture of the whole robot; its entries for arms and their hands do not
   /// matter.
+  /// @throws std::invalid_argument, std::out_of_range for a posture of the wrong size, no such arm.
   static std::uint64_t hash(const RobotModel& model, int arm, const RobotVector& q_torso,
                             const ReachabilityParams& params);
 
-  /// Samples and writes a map: to a temporary name, synced, then renamed; missing folders are made.
-  /// The bytes depend on the arguments alone. Sample n is the same whatever the others do, so a
-  /// self-collision test only takes samples out.
-  /// @return kInvalidInput for a voxel size or sample count without sense, kCancelled, kDeadline or
-  /// kIo; no file is left or changed then.
-  static Result<bool> build(const RobotModel& model, int arm, const RobotVector& q_torso,
-                            const ReachabilityParams& params, const SelfCollision& self_collision,
-                            const std::filesystem::path& file, const Progress& progress,
-                            const Deadline& deadline);
+  /// Samples and writes the maps of all arms of a robot, each to a temporary name, synced, then
+  /// renamed; missing folders are made. The bytes depend on the arguments alone.
+  /// Arms that are mirror images (findArmMirror) and whose self-collision tests tell the same of
+  /// all but 2 % of mirrored samples share one map: a sample counts where no image of it touches,
+  /// so that mirrored voxels have equal entries. Then voxels where two arms are about as good are
+  /// sampled further (ReachabilityParams).
+  /// @param self_collision  one per arm, or none.   @param files  one per arm.
+  /// @return per arm what was made; kInvalidInput for a voxel size or sample count without sense,
+  /// kCancelled, kDeadline or kIo; a file is then left as it was or is whole.
+  /// @throws std::invalid_argument for another number of tests or files.
+  static Result<std::vector<MapReport>> build(const RobotModel& model, const RobotVector& q_torso,
+                                              const ReachabilityParams& params,
+                                              const std::vector<SelfCollision>& self_collision,
+                                              const std::vector<std::filesystem::path>& files,
+                                              const Progress& progress, const Deadline& deadline);
 
-  /// Maps a file. kNotFound: no file; kInvalidInput: magic, version, hash, checksum or any other
+  /// Reads a file. kNotFound: no file; kInvalidInput: magic, version, hash, checksum or any other
   /// part does not fit; kIo: it cannot be read.
   static Result<std::shared_ptr<const ReachabilityMap>> open(const std::filesystem::path& file,
                                                              std::uint64_t expected_hash);

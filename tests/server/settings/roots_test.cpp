@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <optional>
 
 namespace handover {
 namespace {
@@ -45,16 +46,68 @@ TEST_F(Roots, CellsAreNamesOrFiles) {
   EXPECT_EQ(robotFile("hubo", "/r"), "/r/robots/hubo/hubo.yaml");
 }
 
-TEST_F(Roots, CacheFollowsTheSettingsThenXdg) {
+/// Sets HOME and XDG_CACHE_HOME (nullptr: unset) and puts them back.
+class Homes {
+ public:
+  Homes(const char* home, const char* xdg) : home_("HOME", home), xdg_("XDG_CACHE_HOME", xdg) {}
+
+ private:
+  class Variable {
+   public:
+    Variable(const char* name, const char* value) : name_(name) {
+      if (const char* old = std::getenv(name)) old_ = old;
+      set(value);
+    }
+
+    ~Variable() { set(old_ ? old_->c_str() : nullptr); }
+
+    Variable(const Variable&) = delete;
+    Variable& operator=(const Variable&) = delete;
+
+   private:
+    void set(const char* value) {
+      if (value == nullptr) {
+        ::unsetenv(name_);
+      } else {
+        ::setenv(name_, value, 1);
+      }
+    }
+
+    const char* name_;
+    std::optional<std::string> old_;
+  };
+
+  Variable home_, xdg_;
+};
+
+TEST_F(Roots, CacheFollowsTheSettingsThenXdgThenTheHome) {
+  const Homes none(nullptr, nullptr);
   EXPECT_EQ(cacheFolder("here"), "here");
-  ::setenv("XDG_CACHE_HOME", "/xdg", 1);
-  EXPECT_EQ(cacheFolder(""), "/xdg/handover");
-  const std::string home = std::getenv("HOME") == nullptr ? "" : std::getenv("HOME");
-  ::setenv("HOME", "/home/me", 1);
-  ::setenv("XDG_CACHE_HOME", "relative", 1);  // to be ignored, says its specification
+  {
+    const Homes homes("/home/me", "/xdg");
+    EXPECT_EQ(cacheFolder("here"), "here");
+    EXPECT_EQ(cacheFolder(""), "/xdg/handover");
+  }
+  {
+    const Homes homes("/home/me", "relative");  // to be ignored, says its specification
+    EXPECT_EQ(cacheFolder(""), "/home/me/.cache/handover");
+  }
+  const Homes homes("/home/me", nullptr);
   EXPECT_EQ(cacheFolder(""), "/home/me/.cache/handover");
-  ::unsetenv("XDG_CACHE_HOME");
-  ::setenv("HOME", home.c_str(), 1);
+}
+
+TEST_F(Roots, WithoutAHomeThereIsNoCacheAndTheErrorSaysWhatToSet) {
+  for (const char* home : {static_cast<const char*>(nullptr), "", "relative"}) {
+    const Homes homes(home, nullptr);
+    try {
+      const auto folder = cacheFolder("");
+      FAIL() << folder;
+    } catch (const std::runtime_error& error) {
+      for (const char* name : {"XDG_CACHE_HOME", "HOME", "cache:"}) {
+        EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -100,6 +100,13 @@ TEST(ReachabilityHash, ChangesWithAllThatDecidesTheMap) {
       hashOf(twoArmed(), RobotVector::Zero(5), {.voxel = 0.04}),
       hashOf(twoArmed(), RobotVector::Zero(5), {.samples = 999'999}),
       hashOf(twoArmed(), RobotVector::Zero(5), {.seed = 2}),
+      hashOf(twoArmed(), RobotVector::Zero(5), {.tie_samples = 100}),
+      hashOf(twoArmed(), RobotVector::Zero(5), {.tie_errors = 2}),
+      hashAfter([](RobotModel& m) { m.joints[3].upper = 2; }),  // arms are sampled together
+      hashAfter([](RobotModel& m) { m.links[4].collision.clear(); }),
+      hashAfter([](RobotModel& m) {
+        m.disabled_pairs[{0, 4}] = "Never";
+      }),
       ReachabilityMap::hash(twoArmed(), 1, RobotVector::Zero(5), {}),
   };
   for (std::size_t i = 0; i < changed.size(); ++i) {
@@ -108,11 +115,9 @@ TEST(ReachabilityHash, ChangesWithAllThatDecidesTheMap) {
   }
 }
 
-TEST(ReachabilityHash, DoesNotDependOnTheOtherArmOrOnThisOnesPosture) {
+TEST(ReachabilityHash, DoesNotDependOnTheArmsPosturesOrNames) {
   const std::uint64_t base = hashOf(twoArmed());
-  EXPECT_EQ(hashAfter([](RobotModel& m) { m.joints[3].upper = 2; }), base);
-  EXPECT_EQ(hashAfter([](RobotModel& m) { m.links[4].collision.clear(); }), base);
-  EXPECT_EQ(hashAfter([](RobotModel& m) { m.disabled_pairs[{0, 4}] = "Never"; }), base);
+  EXPECT_EQ(hashAfter([](RobotModel& m) { m.arms[1].name = "other"; }), base);
   EXPECT_EQ(hashAfter([](RobotModel& m) { m.name = "other"; }), base);
   EXPECT_EQ(hashAfter([](RobotModel& m) { m.joints[1].velocity = 7; }), base);
   EXPECT_EQ(hashOf(twoArmed(), (RobotVector(5) << 0, 0.3, -0.2, 0.5, 0.7).finished()), base);

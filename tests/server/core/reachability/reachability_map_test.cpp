@@ -20,7 +20,7 @@ Map buildAndOpen(const RobotModel& model, const ReachabilityParams& params,
                  const std::filesystem::path& file) {
   const RobotVector q = RobotVector::Zero(model.dofs());
   const auto built =
-      ReachabilityMap::build(model, 0, q, params, self_collision, file, {}, Deadline());
+      ReachabilityMap::build(model, q, params, {self_collision}, {file}, {}, Deadline());
   if (!built) throw std::runtime_error(built.error().detail);
   const auto map = ReachabilityMap::open(file, ReachabilityMap::hash(model, 0, q, params));
   if (!map) throw std::runtime_error(map.error().detail);
@@ -190,7 +190,7 @@ TEST(ReachabilityMap, ReportsProgressFromNothingToAll) {
   std::vector<double> seen;
   const RobotModel model = planarArm();
   const auto built = ReachabilityMap::build(
-      model, 0, RobotVector::Zero(2), {.samples = 5000}, {}, folder / "map",
+      model, RobotVector::Zero(2), {.samples = 5000}, {}, {folder / "map"},
       [&](double done) { seen.push_back(done); }, Deadline());
   ASSERT_TRUE(built.has_value());
   ASSERT_GE(seen.size(), 3u);
@@ -204,14 +204,14 @@ TEST(ReachabilityMap, StopsWhenCancelledAndLeavesNoFile) {
   const RobotModel model = planarArm();
   const Deadline deadline;
   const auto built = ReachabilityMap::build(
-      model, 0, RobotVector::Zero(2), {}, {}, folder / "map",
+      model, RobotVector::Zero(2), {}, {}, {folder / "map"},
       [&](double done) {
         if (done > 0.1) deadline.cancel();
       },
       deadline);
   ASSERT_FALSE(built.has_value());
   EXPECT_EQ(built.error().code, ErrorCode::kCancelled);
-  const auto late = ReachabilityMap::build(model, 0, RobotVector::Zero(2), {}, {}, folder / "map",
+  const auto late = ReachabilityMap::build(model, RobotVector::Zero(2), {}, {}, {folder / "map"},
                                            {}, Deadline(Deadline::Clock::now()));
   ASSERT_FALSE(late.has_value());
   EXPECT_EQ(late.error().code, ErrorCode::kDeadline);
@@ -222,13 +222,13 @@ TEST(ReachabilityMap, RefusesParametersWithoutSense) {
   const TemporaryFolder folder;
   const RobotModel model = planarArm();
   for (const double voxel : {0.0, -0.05, 1e-9, std::nan(""), double(INFINITY)}) {
-    const auto built = ReachabilityMap::build(model, 0, RobotVector::Zero(2), {.voxel = voxel}, {},
-                                              folder / "map", {}, Deadline());
+    const auto built = ReachabilityMap::build(model, RobotVector::Zero(2), {.voxel = voxel}, {},
+                                              {folder / "map"}, {}, Deadline());
     ASSERT_FALSE(built.has_value()) << voxel;
     EXPECT_EQ(built.error().code, ErrorCode::kInvalidInput);
   }
-  const auto built = ReachabilityMap::build(model, 0, RobotVector::Zero(2), {.samples = 0}, {},
-                                            folder / "map", {}, Deadline());
+  const auto built = ReachabilityMap::build(model, RobotVector::Zero(2), {.samples = 0}, {},
+                                            {folder / "map"}, {}, Deadline());
   ASSERT_FALSE(built.has_value());
   EXPECT_EQ(built.error().code, ErrorCode::kInvalidInput);
 }
