@@ -82,7 +82,8 @@ TEST(RobotSettings, FaultsAreReportedWithTheirLines) {
               ElementsAre("1: version: must be a whole number from 1 to 1, not 'one'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "urdf: tiny.urdf\n", "")), ElementsAre("1: has no 'urdf'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "group: arm, ", "grop: arm, ")),
-              ElementsAre("6: arms.arm: has no 'group'", "6: arms.arm.grop: unknown key"));
+              ElementsAre("6: arms.arm: has no 'group'",
+                          "6: arms.arm.grop: unknown key; the nearest known one is 'group'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "[1, 0, 0]", "[1, 0, x]")),
               ElementsAre("6: arms.arm.approach_axis.2: must be a finite number, not 'x'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "acceleration: 0.5", "acceleration: -1")),
@@ -124,7 +125,7 @@ TEST(RobotSettings, FaultsAreReportedWithTheirLines) {
               ElementsAre("12: hands.hand.open.bend: must be a finite number, not '.nan'"));
   EXPECT_THAT(
       faultsOf(with(kTinyYaml, "    acceleration: 5\n", "    acceleration: 5\n    speed: 1\n")),
-      ElementsAre("15: hands.hand.speed: unknown key"));
+      ElementsAre("15: hands.hand.speed: unknown key; the nearest known one is 'open'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "closed: {bend: 1}", "closed: {bend: 2}")),
               ElementsAre("13: hands.hand.closed: joint 'bend' is outside its limits"));
 }
