@@ -201,10 +201,7 @@ std::shared_ptr<const GraspSet> ResourceCache::makeGrasps(const SceneObject& obj
         if (progress_) progress_("grasps " + name, fraction);
       },
       deadline);
-  if (!set) {
-    if (set.error().code == ErrorCode::kNotFound) return nullptr;
-    throw std::runtime_error("grasps of " + name + ": " + set.error().detail);
-  }
+  if (!set) throw std::runtime_error("grasps of " + name + ": " + set.error().detail);
   if (const auto written = writeGraspSet(*set, hash, file); !written) {
     throw std::runtime_error("grasps of " + name + ": " + written.error().detail);
   }

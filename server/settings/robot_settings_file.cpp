@@ -3,6 +3,8 @@
 #include "settings/cell_file.hpp"
 #include "settings/yaml_reader.hpp"
 
+#include <cmath>
+
 namespace handover {
 namespace {
 
@@ -10,6 +12,9 @@ constexpr NumberRange kLength{-1000, 1000};      // [m]
 constexpr NumberRange kAngle{-1000, 1000};       // [rad]
 constexpr NumberRange kAcceleration{1e-6, 1e6};  // [rad/s^2]
 constexpr NumberRange kJerk{1e-6, 1e9};          // [rad/s^3]
+constexpr NumberRange kCupRadius{1e-3, 0.25};    // [m]
+constexpr NumberRange kEngage{1e-2, 60};         // [s]
+constexpr double kUnit = 1e-3;                   // of an axis: off unit length
 
 std::string requiredText(YamlMap& map, const char* key) {
   const YamlValue* value = map.require(key);
@@ -62,11 +67,42 @@ std::map<std::string, double> readPosture(YamlMap& hand, const char* key) {
   return posture;
 }
 
+SuctionSettings readSuction(const YamlValue& value) {
+  SuctionSettings suction;
+  auto map = value.map();
+  if (!map) return suction;
+  suction.cup_link = requiredText(*map, "cup_link");
+  if (const YamlValue* axis = map->require("axis")) {
+    suction.axis = axis->vector(kLength).value_or(Eigen::Vector3d::UnitZ());
+    if (std::abs(suction.axis.norm() - 1) > kUnit) axis->fault("must be of unit length");
+    suction.axis.normalize();
+  }
+  if (const YamlValue* radius = map->require("radius")) {
+    suction.radius = radius->number(kCupRadius).value_or(kCupRadius.high);
+  }
+  if (const YamlValue* engage = map->require("engage_s")) {
+    suction.engage_s = engage->number(kEngage).value_or(kEngage.high);
+  }
+  map->finish();
+  return suction;
+}
+
 HandSettings readHand(const std::string& name, const YamlValue& value) {
   HandSettings hand;
   hand.name = name;
   auto map = value.map();
   if (!map) return hand;
+  if (const YamlValue* suction = map->find("suction")) {
+    hand.suction = readSuction(*suction);
+    for (const char* key :
+         {"palm_link", "fingers", "finger_links", "open", "closed", "acceleration", "jerk"}) {
+      if (const YamlValue* of_fingers = map->find(key)) {
+        of_fingers->fault("is for fingers: a gripper has these or suction, not both");
+      }
+    }
+    map->finish();
+    return hand;
+  }
   hand.palm_link = requiredText(*map, "palm_link");
   if (const YamlValue* fingers = map->require("fingers")) {
     for (const YamlValue& finger : fingers->list().value_or(std::vector<YamlValue>())) {

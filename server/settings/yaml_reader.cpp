@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <sstream>
 
@@ -38,6 +39,30 @@ std::optional<double> numberOf(const YamlNode& node) {
 bool isNameCharacter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
          c == '-';
+}
+
+/// How many letters have to be put in, taken out or exchanged to make one word of the other.
+std::size_t editDistance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0]++;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t exchanged = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({exchanged, diagonal + 1, row[j] + 1});
+    }
+  }
+  return row.back();
+}
+
+/// Of some words, the one most like another, ties by order; empty if there are none.
+std::string nearestOf(const std::set<std::string>& words, const std::string& word) {
+  const auto nearest =
+      std::min_element(words.begin(), words.end(), [&](const std::string& a, const std::string& b) {
+        return editDistance(a, word) < editDistance(b, word);
+      });
+  return nearest == words.end() ? "" : *nearest;
 }
 
 }  // namespace
@@ -230,6 +255,7 @@ const std::vector<std::pair<std::string, YamlValue>>& YamlMap::all() {
 }
 
 const YamlValue* YamlMap::find(const std::string& key) {
+  known_.insert(key);
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     if (entries_[i].first != key) continue;
     asked_[i] = true;
@@ -246,7 +272,11 @@ const YamlValue* YamlMap::require(const std::string& key) {
 
 void YamlMap::finish() {
   for (std::size_t i = 0; i < entries_.size(); ++i) {
-    if (!asked_[i]) report_->add(entries_[i].second.path(), "unknown key");
+    if (asked_[i]) continue;
+    const std::string nearest = nearestOf(known_, entries_[i].first);
+    report_->add(
+        entries_[i].second.path(),
+        "unknown key" + (nearest.empty() ? "" : "; the nearest known one is '" + nearest + "'"));
   }
 }
 

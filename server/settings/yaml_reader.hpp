@@ -12,6 +12,7 @@
 #include <initializer_list>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -121,12 +122,13 @@ class YamlMap {
   const YamlValue* find(const std::string& key);
   /// Absence is a fault.
   const YamlValue* require(const std::string& key);
-  /// Faults for the keys that nobody asked for.
+  /// Faults for the keys that nobody asked for, with the nearest of those that were.
   void finish();
 
  private:
   std::vector<std::pair<std::string, YamlValue>> entries_;
   std::vector<bool> asked_;
+  std::set<std::string> known_;  ///< keys that were asked for
   std::string path_;
   YamlReport* report_;
 };

@@ -5,24 +5,12 @@
 
 #include "core/collision/collision_scene.hpp"
 #include "core/grasp/grasp_set.hpp"
+#include "core/grasp/hand_model.hpp"
 
-#include <memory>
 #include <optional>
 #include <vector>
 
 namespace handover {
-
-/// The hand cut off at the wrist: everything rigidly beyond the arm's last joint, and the fingers.
-struct HandModel {
-  std::shared_ptr<const RobotModel> model;  ///< root = child link of the arm's last joint, R
-  Pose X_RT = Pose::Identity();
-  Hand hand;  ///< with links and dofs of `model`
-  Eigen::Vector3d approach_T = Eigen::Vector3d::UnitZ();
-  double palm_extent = 0;  ///< palm's farthest point along approach_T, from T [m]
-};
-
-/// @throws std::invalid_argument if the arm has no hand or the palm has no shapes.
-HandModel extractEndEffector(const RobotModel& model, int arm);
 
 /// Distances that make a grasp legal; all with reserve over what the planner and a verifier ask
 /// for.
@@ -46,6 +34,9 @@ class FingerClosing {
 
   /// The finger that a link belongs to, an index in Hand::fingers; -1: none.
   int fingerOf(const std::string& link) const;
+
+  /// How far apart the hand's fingers are at most with the hand open [m].
+  double opening();
 
   /// How far the hand can come along its approach from `far` [m] back to `near`, nothing of it
   /// nearer to the object than the clearance: the least offset back from X_OT reached. nullopt: not

@@ -141,6 +141,9 @@ void addHand(Hasher& hash, const RobotModel& model, const Arm& arm) {
   for (const auto& finger : hand.fingers) hash.add(finger);
   hash.add(hand.open);
   hash.add(hand.closed);
+  if (!hand.suction) return;
+  hash.add(hand.suction->axis);
+  hash.add(hand.suction->radius);
 }
 
 template <typename Vector>
@@ -244,10 +247,13 @@ GraspContact contact(const json& value, const std::string& path) {
 Grasp grasp(const json& value, const std::string& path) {
   Grasp result;
   result.X_OT = pose(member(value, path, "X_OT"), path + ".X_OT");
-  result.open = vector(member(value, path, "open"), path + ".open", 1, kMaxPerGrasp);
+  result.open = vector(member(value, path, "open"), path + ".open", 0, kMaxPerGrasp);
   const auto joints = static_cast<std::size_t>(result.open.size());
+  // A cup has no joints and one contact.
+  const std::size_t least = joints > 0 ? 2 : 1;
+  const std::size_t most = joints > 0 ? kMaxPerGrasp : 1;
   result.closed = vector(member(value, path, "closed"), path + ".closed", joints, joints);
-  const json& contacts = list(member(value, path, "contacts"), path + ".contacts", 2, kMaxPerGrasp);
+  const json& contacts = list(member(value, path, "contacts"), path + ".contacts", least, most);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     result.contacts.push_back(contact(contacts[i], path + ".contacts[" + std::to_string(i) + "]"));
   }
@@ -266,7 +272,8 @@ GraspSet graspSet(const json& file, std::uint64_t expected_hash) {
   set.object = text(member(file, "", "object"), "object");
   set.robot = text(member(file, "", "robot"), "robot");
   set.hand = text(member(file, "", "hand"), "hand");
-  const json& grasps = list(member(file, "", "grasps"), "grasps", 1, kMaxGrasps);
+  const json& grasps = list(member(file, "", "grasps"), "grasps", 0, kMaxGrasps);
+  if (grasps.empty()) set.none_because = text(member(file, "", "none_because"), "none_because");
   for (std::size_t i = 0; i < grasps.size(); ++i) {
     const std::string path = "grasps[" + std::to_string(i) + "]";
     set.grasps.push_back(grasp(grasps[i], path));
@@ -304,6 +311,10 @@ std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, i
   }
   hash.add(params.rolls);
   hash.add(params.seed);
+  if (a.hand >= 0 && model.hands[static_cast<std::size_t>(a.hand)].suction) {
+    hash.add(params.seal_bend);
+    hash.add(params.holding);
+  }
   return hash.value();
 }
 
@@ -312,9 +323,10 @@ Result<bool> writeGraspSet(const GraspSet& set, std::uint64_t hash,
   json grasps = json::array();
   for (const Grasp& g : set.grasps) grasps.push_back(toJson(g));
   const std::string sum = checksum(grasps);
-  const json whole = {{"format", kFormat},          {"hash", hex(hash)},  {"checksum", sum},
-                      {"object", set.object},       {"robot", set.robot}, {"hand", set.hand},
-                      {"grasps", std::move(grasps)}};
+  json whole = {{"format", kFormat},          {"hash", hex(hash)},  {"checksum", sum},
+                {"object", set.object},       {"robot", set.robot}, {"hand", set.hand},
+                {"grasps", std::move(grasps)}};
+  if (set.grasps.empty()) whole["none_because"] = set.none_because;
   std::filesystem::path temporary = file;
   temporary += ".tmp" + std::to_string(::getpid());
   std::error_code failed;

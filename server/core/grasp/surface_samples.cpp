@@ -98,23 +98,6 @@ void addPlanes(ConvexPart& part) {
   }
 }
 
-/// Puts a point of an inscribed facet back onto the round shape it stands for.
-SurfaceSample ontoShape(const Shape& shape, const SurfaceSample& facet) {
-  const Vector3d p_S = shape.X_BS.inverse() * facet.p_O;
-  const Vector3d n_S = shape.X_BS.linear().transpose() * facet.n_O;
-  if (const auto* sphere = std::get_if<SphereShape>(&shape.geometry)) {
-    const Vector3d out = p_S.normalized();
-    return {shape.X_BS * (sphere->radius * out), shape.X_BS.linear() * out};
-  }
-  if (const auto* cylinder = std::get_if<CylinderShape>(&shape.geometry)) {
-    if (std::abs(n_S.z()) > 0.5) return facet;
-    const Vector3d out = Vector3d(p_S.x(), p_S.y(), 0).normalized();
-    return {shape.X_BS * (cylinder->radius * out + p_S.z() * Vector3d::UnitZ()),
-            shape.X_BS.linear() * out};
-  }
-  return facet;
-}
-
 struct Facet {
   std::size_t part = 0, triangle = 0;
   double area_before = 0;  // of the facets before it
@@ -204,6 +187,22 @@ ConvexPart toConvexPart(const Shape& shape) {
   for (Vector3d& vertex : part.vertices) vertex = shape.X_BS * vertex;
   addPlanes(part);
   return part;
+}
+
+SurfaceSample ontoShape(const Shape& shape, const SurfaceSample& facet) {
+  const Vector3d p_S = shape.X_BS.inverse() * facet.p_O;
+  const Vector3d n_S = shape.X_BS.linear().transpose() * facet.n_O;
+  if (const auto* sphere = std::get_if<SphereShape>(&shape.geometry)) {
+    const Vector3d out = p_S.normalized();
+    return {shape.X_BS * (sphere->radius * out), shape.X_BS.linear() * out};
+  }
+  if (const auto* cylinder = std::get_if<CylinderShape>(&shape.geometry)) {
+    if (std::abs(n_S.z()) > 0.5) return facet;
+    const Vector3d out = Vector3d(p_S.x(), p_S.y(), 0).normalized();
+    return {shape.X_BS * (cylinder->radius * out + p_S.z() * Vector3d::UnitZ()),
+            shape.X_BS.linear() * out};
+  }
+  return facet;
 }
 
 std::vector<SurfaceSample> sampleSurface(const std::vector<Shape>& shapes_O,

@@ -32,6 +32,10 @@ struct SurfaceSample {
   Eigen::Vector3d n_O;  ///< outward
 };
 
+/// Puts a point of an inscribed facet back onto the round shape that it stands for, with its
+/// normal.
+SurfaceSample ontoShape(const Shape& shape, const SurfaceSample& facet);
+
 struct SamplingParams {
   int pool = 8000;            ///< points spread by area over all parts, before the hidden ones go
   int wanted = 1500;          ///< at most so many samples

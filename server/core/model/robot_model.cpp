@@ -102,6 +102,9 @@ void add(ContentHash& hash, const Hand& hand) {
   hash.add(hand.fingers.size());
   for (const auto& finger : hand.fingers) hash.add(finger);
   hash.add(hand.open).add(hand.closed).add(hand.links);
+  if (!hand.suction) return;
+  hash.add(hand.suction->cup_link).add(hand.suction->axis);
+  hash.add(hand.suction->radius).add(hand.suction->engage_s);
 }
 
 }  // namespace

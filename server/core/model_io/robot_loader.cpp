@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fstream>
 #include <set>
 
@@ -17,6 +18,7 @@ namespace {
 
 constexpr int kMaxArmJoints = 8;
 constexpr double kLimitSlack = 1e-6;
+constexpr double kCupTilt = 0.5 * M_PI / 180;  // of a cup's axis off the approach axis [rad]
 
 std::string sha256(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -92,6 +94,14 @@ class RobotAssembler {
     if (model_.findHand(settings.name) >= 0) return fault(key, "is defined twice");
     Hand hand;
     hand.name = settings.name;
+    if (settings.suction) {
+      const SuctionSettings& suction = *settings.suction;
+      hand.palm_link = linkOf(key + ".suction.cup_link", suction.cup_link);
+      hand.suction = Suction{hand.palm_link, suction.axis, suction.radius, suction.engage_s};
+      if (hand.palm_link >= 0) hand.links = {hand.palm_link};
+      model_.hands.push_back(std::move(hand));
+      return;
+    }
     hand.palm_link = linkOf(key + ".palm_link", settings.palm_link);
     for (const std::string& name : settings.finger_links) {
       const int link = linkOf(key + ".finger_links", name);
@@ -276,11 +286,36 @@ class RobotAssembler {
       return false;
     }
     if (arm.hand < 0) return true;
-    const int palm = model_.hands[static_cast<std::size_t>(arm.hand)].palm_link;
-    if (palm >= 0 && !isAmong(model_.linksMovedBy({arm.dofs.back()}), palm)) {
+    const Hand& hand = model_.hands[static_cast<std::size_t>(arm.hand)];
+    const int palm = hand.palm_link;
+    if (hand.suction && palm >= 0) {
+      checkCup(key, settings, *hand.suction, arm);
+    } else if (palm >= 0 && !isAmong(model_.linksMovedBy({arm.dofs.back()}), palm)) {
       fault(key + ".hand", "the palm of hand '" + settings.hand + "' does not hang on this arm");
     }
     return true;
+  }
+
+  /// The cup is no joint away from the tool link, and the tool comes along its axis.
+  void checkCup(const std::string& key, const ArmSettings& settings, const Suction& cup,
+                const Arm& arm) {
+    if (movableAbove(cup.cup_link, arm.base_link) != arm.joints) {
+      return fault(
+          "hands." + settings.hand + ".suction.cup_link",
+          "is not rigid with the tool link '" + settings.tool_link + "' of arm '" + arm.name + "'");
+    }
+    std::vector<Pose> X_BL;
+    linkPoses(model_, Pose::Identity(), RobotVector::Zero(model_.dofs()), X_BL);
+    const auto inBase = [&](int link, const Eigen::Vector3d& axis) -> Eigen::Vector3d {
+      return X_BL[static_cast<std::size_t>(link)].linear() * axis;
+    };
+    const double cosine =
+        inBase(arm.tool_link, arm.approach_axis).dot(inBase(cup.cup_link, cup.axis));
+    if (cosine < std::cos(kCupTilt)) {
+      fault(key + ".approach_axis", "is not along the axis of the suction cup '" +
+                                        model_.links[static_cast<std::size_t>(cup.cup_link)].name +
+                                        "'");
+    }
   }
 
   /// Movable joints between two links, base to tip; up to the root if `base` is not above `tip`.

@@ -24,8 +24,17 @@ struct ArmSettings {
   std::optional<double> jerk;  ///< [rad/s^3]
 };
 
+struct SuctionSettings {
+  std::string cup_link;
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in the cup link, towards the object
+  double radius = 0;                                ///< [m]
+  double engage_s = 0;
+};
+
+/// A gripper: with `suction` nothing below counts but its name.
 struct HandSettings {
   std::string name, palm_link;
+  std::optional<SuctionSettings> suction;
   std::vector<std::vector<std::string>>
       fingers;  ///< joint names, palm outwards, one list per finger
   std::vector<std::string> finger_links;

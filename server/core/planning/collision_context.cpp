@@ -30,6 +30,11 @@ CellState holding(CellState state, const Manipulator& manipulator, const Grasp& 
   return state;
 }
 
+AllowedContacts besideObject(AllowedContacts contacts, std::size_t holder, const Manipulator& arm) {
+  if (arm.hand->suction) contacts.hands.insert(holder);
+  return contacts;
+}
+
 std::shared_ptr<const CollisionScene> collisionForTask(const Scene& scene,
                                                        const std::string& object) {
   Scene lifted = scene;

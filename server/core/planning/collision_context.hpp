@@ -35,6 +35,14 @@ struct CellState {
 CellState holding(CellState state, const Manipulator& manipulator, const Grasp& grasp,
                   const ArmVector& q);
 
+/// Contacts of a holder's open hand at the object: a cup stands nearer to it than the margins reach
+/// (kCupGap), and so for the straight way there and back. That it keeps kCupClearance until its
+/// grasp begins is proven of the timed approach.
+AllowedContacts besideObject(AllowedContacts contacts, std::size_t holder, const Manipulator& arm);
+
+inline constexpr Clearance kCupClearance{0.0005, 0.00025};
+static_assert(kCupClearance.looked < kCupGap);
+
 /// The collision scene that a task is planned in: as the scene, but the object stands on nothing,
 /// so that what it rests on counts once it is carried away.
 std::shared_ptr<const CollisionScene> collisionForTask(const Scene& scene,

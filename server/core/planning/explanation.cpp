@@ -8,15 +8,26 @@ namespace {
 
 std::string nameOf(const ArmName& arm) { return arm.robot + "/" + arm.arm; }
 
+/// Why the arm's grasp set is empty, after a colon; empty where nothing is known.
+std::string whyNoGrasps(const TransportProblem& problem, const ArmName& arm) {
+  const int robot = problem.scene->findRobot(arm.robot);
+  if (robot < 0) return "";
+  const auto r = static_cast<std::size_t>(robot);
+  const int index = problem.scene->robots[r].model->findArm(arm.arm);
+  if (index < 0) return "";
+  const auto& grasps = problem.resources[r].grasps[static_cast<std::size_t>(index)];
+  return grasps && !grasps->none_because.empty() ? ": " + grasps->none_because : "";
+}
+
 /// What an arm lacks, after its name.
-std::string lackOf(const ArmScore& score) {
+std::string lackOf(const TransportProblem& problem, const ArmScore& score) {
   switch (score.rejected) {
     case Cause::kHoldsObject:
       return "holds " + score.object;
     case Cause::kNoGripper:
       return "has no gripper";
     case Cause::kNoGrasps:
-      return "has no grasp that fits";
+      return "has no grasp that fits" + whyNoGrasps(problem, score.arm);
     case Cause::kExcluded:
       return "is excluded by the request";
     default:
@@ -64,7 +75,7 @@ Failed explainArms(const TransportProblem& problem, PruningPlace place, const Ar
   bool graspless = true;
   for (const ArmScore& score : ranking.scores) {
     tally.add(score.rejected, {nameOf(score.arm), score.object});
-    arms += (arms.empty() ? ": " : ", ") + nameOf(score.arm) + " " + lackOf(score);
+    arms += (arms.empty() ? ": " : ", ") + nameOf(score.arm) + " " + lackOf(problem, score);
     if (score.rejected != Cause::kNoGrasps && score.rejected != Cause::kExcluded) graspless = false;
   }
   const FailureReason unreachable =

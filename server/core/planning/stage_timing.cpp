@@ -279,8 +279,13 @@ class BlockTimer {
   std::optional<BodyContact> hitOnCurve(const TimedStage& timed) {
     const StagePath& stage = *timed.stage;
     const TimedMotion motion(timed.path);
-    StateChecker checker =
-        context_.make(stage.state, *stage.mover, timed.dofs, allowedContacts(stage.stage));
+    AllowedContacts contacts = allowedContacts(stage.stage);
+    if (stage.stage.action == StageAction::kApproach && stage.mover->hand->suction) {
+      StateChecker cup = context_.make(stage.state, *stage.mover, timed.dofs, contacts);
+      if (auto hit = cup.hitAlong(motion, 0, 1, kCupClearance)) return hit;
+      contacts = besideObject(contacts, stage.stage.holder, *stage.mover);
+    }
+    StateChecker checker = context_.make(stage.state, *stage.mover, timed.dofs, contacts);
     double from = 0;
     if (stage.stage.action == StageAction::kRetreat) {
       StateChecker departing =

@@ -55,7 +55,7 @@ PrunedGrasps TransportMotions::pruneFirstAtStart(const PruneEffort& effort) {
     return held;
   }
   PruneQuery query{&arm, start_, HandMove::kCloses};
-  query.open = contactsOf(0, kApproach);
+  query.open = besideContacts(0, kApproach);
   query.closed = contactsOf(0, kGrasp);
   query.cost = [&](int, const ArmVector& q) { return travelTime(arm, home, q); };
   query.effort = effort;
@@ -67,7 +67,7 @@ PrunedGrasps TransportMotions::pruneLastAtGoal(const PruneEffort& effort) {
   const bool hold = problem_.task.end == TransportEnd::kHold;
   PruneQuery query{&arm, start_, hold ? HandMove::kHolds : HandMove::kOpens};
   query.state.X_WO = problem_.task.X_WO_goal;
-  query.open = contactsOf(last(), kRetreat);
+  query.open = besideContacts(last(), kRetreat);
   query.closed = contactsOf(last(), hold ? kCarry : kPlace);
   // The paper's criterion: the dexterity of the placing.
   query.cost = [&](int, const ArmVector& q) { return -arm.kinematics->manipulability(q); };
@@ -81,6 +81,7 @@ PrunedGrasps TransportMotions::pruneReceiverAt(std::size_t handover, const Pose&
   const ArmVector home = homeOf(arm);
   PruneQuery query{&arm, start_, HandMove::kCloses};
   query.state.X_WO = X_WH;
+  query.open = besideObject({}, handover + 1, arm);
   query.closed.hands = {handover + 1};
   query.candidates = {give.grasp};
   query.cost = [&](int, const ArmVector& q) {
@@ -147,7 +148,7 @@ bool TransportMotions::keepApproachable(std::size_t handover, const Pose& X_WH,
   CellState open = start_;
   open.X_WO = X_WH;
   open.of(arm) = arm.withFingers(std::move(open.of(arm)), grasp.open);
-  StateChecker checker = context_.makeForArm(open, arm, {});
+  StateChecker checker = context_.makeForArm(open, arm, besideObject({}, handover + 1, arm));
   const auto first = std::find_if(
       receive.configurations.begin(), receive.configurations.end(), [&](const ArmVector& q) {
         return checker.valid(q) && linearPath(arm, q, X_WT, X_WT_back, checker).has_value();
@@ -170,7 +171,8 @@ const std::optional<TransportMotions::PickMotion>& TransportMotions::pickMotion(
   const Pose X_WT = start_.X_WO * grasp.X_OT;
   CellState open = start_;
   open.of(arm) = arm.withFingers(std::move(open.of(arm)), grasp.open);
-  StateChecker open_checker = context_.makeForArm(open, arm, contactsOf(0, kApproach));
+  StateChecker open_checker = context_.makeForArm(open, arm, besideContacts(0, kApproach));
+  StateChecker reach_checker = context_.makeForArm(open, arm, contactsOf(0, kReach));
 
   // Goals enter the goal tree as the search asks for them: each is the pre-grasp of one
   // configuration from which the straight approach and the lift exist.
@@ -196,14 +198,14 @@ const std::optional<TransportMotions::PickMotion>& TransportMotions::pickMotion(
   const auto draw = [&](std::uint32_t i, ArmVector& goal) {
     while (i >= candidates.size() && next < most) add(take.configurations[next++]);
     if (i >= candidates.size()) return false;
-    open_checker.activate();
+    reach_checker.activate();
     goal = candidates[i].approach.waypoints.front();
     return true;
   };
 
-  open_checker.activate();
+  reach_checker.activate();
   std::uint32_t goal = 0;
-  auto reach = free_motion_.solveToAny(arm, homeOf(arm), draw, open_checker,
+  auto reach = free_motion_.solveToAny(arm, homeOf(arm), draw, reach_checker,
                                        seedFor(0, kReach, take.grasp), goal);
   if (!reach || goal >= candidates.size()) return found;
   found = std::move(candidates[goal]);
@@ -227,15 +229,15 @@ std::optional<TransportMotions::PlaceMotion> TransportMotions::placeAt(const Fea
   CellState open = start_;
   open.X_WO = problem_.task.X_WO_goal;
   open.of(arm) = arm.withFingers(std::move(open.of(arm)), grasp.open);
-  StateChecker open_checker = context_.makeForArm(open, arm, contactsOf(last(), kRetreat));
+  StateChecker open_checker = context_.makeForArm(open, arm, besideContacts(last(), kRetreat));
   if (!open_checker.valid(q)) return std::nullopt;
   auto back = retreatPath(arm, q, X_WT, open_checker, linear);
   if (!back) return std::nullopt;
   if (gripContact(context_, arm, open, q, grasp.closed, grasp.open, contactsOf(last(), kRelease))) {
     return std::nullopt;
   }
-  open_checker.activate();
-  auto home = free_motion_.solve(arm, back->waypoints.back(), homeOf(arm), open_checker,
+  StateChecker home_checker = context_.makeForArm(open, arm, contactsOf(last(), kHome));
+  auto home = free_motion_.solve(arm, back->waypoints.back(), homeOf(arm), home_checker,
                                  seedFor(last(), kHome, give.grasp));
   if (!home) return std::nullopt;
   return PlaceMotion{q, reversed(std::move(*up)), std::move(*back), std::move(*home)};
@@ -278,7 +280,7 @@ std::optional<TransportMotions::DualGrasp> TransportMotions::dualGraspAt(
   if (!context_.makeForArm(taken, hands.receiver, both).valid(q_r)) return std::nullopt;
   RobotVector& q_giver = taken.of(hands.giver);
   q_giver = hands.giver.withFingers(std::move(q_giver), hands.grasp_g.open);
-  StateChecker leaving = context_.makeForArm(taken, hands.giver, contactsOf(k, kRetreat));
+  StateChecker leaving = context_.makeForArm(taken, hands.giver, besideContacts(k, kRetreat));
   if (!leaving.valid(q_g)) return std::nullopt;
   auto hit = gripContact(context_, hands.receiver, given, q_r, hands.grasp_r.open,
                          hands.grasp_r.closed, both);
@@ -331,7 +333,7 @@ std::optional<TransportMotions::DualGrasp> TransportMotions::dualGrasp(
     given.holder = nullptr;  // stands still while the receiver comes
     given.of(receiver) = receiver.withFingers(std::move(given.of(receiver)), grasp_r.open);
     StateChecker arriving =
-        context_.makeForArm(given, receiver, contactsOf(handover + 1, kApproach));
+        context_.makeForArm(given, receiver, besideContacts(handover + 1, kApproach));
     if (!arriving.valid(homeOf(receiver))) continue;
     for (std::size_t j = 0; j < most(receive); ++j) {
       auto found = dualGraspAt(hands, given, q_g, receive.configurations[j], arriving, hopeless);

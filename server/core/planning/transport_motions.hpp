@@ -109,6 +109,12 @@ class TransportMotions {
   ArmVector homeOf(const Manipulator& arm) const { return arm.armOf(start_.of(arm)); }
 
   AllowedContacts contactsOf(std::size_t holder, StageAction action) const;
+
+  /// Of the open hand at the object.
+  AllowedContacts besideContacts(std::size_t holder, StageAction action) const {
+    return besideObject(contactsOf(holder, action), holder, at(holder));
+  }
+
   bool reaches(const Manipulator& arm, const Pose& X_WT);
   std::uint64_t seedFor(std::size_t holder, StageAction action, int grasp) const;
 

@@ -152,8 +152,10 @@ INSTANTIATE_TEST_SUITE_P(
         BadCell{"version", "version: 1", "version: 2",
                 "1: version: must be a whole number from 1 to 1, not '2'"},
         BadCell{"no_version", "version: 1\n", "", "1: has no 'version'"},
-        BadCell{"top_key", "name: test", "name: test\ncolour: red", "3: colour: unknown key"},
-        BadCell{"robot_key", "posture: home", "postur: home", "7: robots.left.postur: unknown key"},
+        BadCell{"top_key", "name: test", "name: test\ncolour: red",
+                "3: colour: unknown key; the nearest known one is 'robots'"},
+        BadCell{"robot_key", "posture: home", "postur: home",
+                "7: robots.left.postur: unknown key; the nearest known one is 'posture'"},
         BadCell{"twice", "posture: home", "model: tiny",
                 "4: robots.left: has the key 'model' twice"},
         BadCell{"no_model", "    model: tiny\n    base: {xyz: [0, 0, 0]}",
@@ -251,12 +253,12 @@ INSTANTIATE_TEST_SUITE_P(
                 "7: robots.left.arms.arm.tool: arm 'arm' of robot 'left' cannot reach this pose "
                 "within its limits"},
         BadCell{"tool_key", "posture: home", "arms: {arm: {tol: {xyz: [9, 0, 0]}}}",
-                "7: robots.left.arms.arm.tol: unknown key"},
+                "7: robots.left.arms.arm.tol: unknown key; the nearest known one is 'tool'"},
         BadCell{"no_size", "type: sphere, radius: 0.03", "type: cylinder, radius: 0.03",
                 "23: objects.cup.geometry: has no 'length'"},
         BadCell{"key_of_another_type", "type: sphere, radius: 0.03",
                 "type: sphere, radius: 0.03, size: 1",
-                "23: objects.cup.geometry.size: unknown key"},
+                "23: objects.cup.geometry.size: unknown key; the nearest known one is 'type'"},
         BadCell{"no_parts", "type: sphere, radius: 0.03", "type: compound, parts: []",
                 "23: objects.cup.geometry.parts: must have 1 to 256 entries"},
         BadCell{"nested_compound", "type: sphere, radius: 0.03",
@@ -312,7 +314,8 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Cell, MustHaveATask) {
   const std::string text = with(kTinyCell, "tasks:\n", "tasks: {}\nspare:\n");
   EXPECT_THAT(TinyRoot().faultsOf(text),
-              ElementsAre("28: spare: unknown key", "27: tasks: is empty"));
+              ElementsAre("28: spare: unknown key; the nearest known one is 'name'",
+                          "27: tasks: is empty"));
 }
 
 TEST(Cell, MayNotBeOfAnySize) {
@@ -335,10 +338,11 @@ TEST(Cell, ListsFaultsOfEveryKindAtOnce) {
   text = with(text, "resting: [table]", "resting: [desk]");
   // What the robot's files say is not known: the cell's names wait until they are right.
   EXPECT_THAT(root.faultsOf(text),
-              ElementsAre("7: robots.left.postur: unknown key", "3: <joint> 'swing' has no value"));
+              ElementsAre("7: robots.left.postur: unknown key; the nearest known one is 'posture'",
+                          "3: <joint> 'swing' has no value"));
   root.write("robots/tiny/tiny.srdf", handover::testing::kTinySrdf);
   EXPECT_THAT(root.faultsOf(text),
-              ElementsAre("7: robots.left.postur: unknown key",
+              ElementsAre("7: robots.left.postur: unknown key; the nearest known one is 'posture'",
                           "25: objects.cup.resting: no object 'desk' in this cell"));
 }
 
@@ -349,9 +353,10 @@ TEST(Cell, ListsEveryFault) {
   text = with(text, "object: cup", "objekt: cup");
   EXPECT_THAT(
       root.faultsOf(text),
-      ElementsAre("7: robots.left.postur: unknown key",
+      ElementsAre("7: robots.left.postur: unknown key; the nearest known one is 'posture'",
                   "23: objects.cup.geometry.radius: must be a finite number, not 'x'",
-                  "28: tasks.serve: has no 'object'", "29: tasks.serve.objekt: unknown key"));
+                  "28: tasks.serve: has no 'object'",
+                  "29: tasks.serve.objekt: unknown key; the nearest known one is 'object'"));
 }
 
 TEST(Cell, ReportsYamlSyntaxByLine) {

@@ -77,12 +77,70 @@ TEST(RobotSettings, MayLimitJerk) {
   EXPECT_NE(model.content_hash, by_default.content_hash);
 }
 
+/// The tiny robot's yaml with a cup for a hand; its `bend` moves something else then.
+std::string withCup(const std::string& suction) {
+  const std::string text = kTinyYaml;
+  return text.substr(0, text.find("    palm_link")) + "    suction: {" + suction + "}\n";
+}
+
+TEST(RobotSettings, MayGiveAHandASuctionCup) {
+  const TinyRoot root;
+  const RobotModel model = loadRobot(
+      read(root, withCup("cup_link: palm, axis: [1, 0, 0], radius: 0.02, engage_s: 0.3")));
+  const Hand& hand = model.hands.at(0);
+  ASSERT_TRUE(hand.suction);
+  EXPECT_EQ(hand.suction->cup_link, model.findLink("palm"));
+  EXPECT_EQ(hand.suction->axis, Eigen::Vector3d::UnitX());
+  EXPECT_EQ(hand.suction->radius, 0.02);
+  EXPECT_EQ(hand.suction->engage_s, 0.3);
+  EXPECT_EQ(hand.links, std::vector<int>{model.findLink("palm")});
+  EXPECT_TRUE(hand.dofs.empty());
+  const RobotModel wider = loadRobot(
+      read(root, withCup("cup_link: palm, axis: [1, 0, 0], radius: 0.03, engage_s: 0.3")));
+  EXPECT_NE(model.content_hash, wider.content_hash);
+}
+
+TEST(RobotSettings, FaultsOfASuctionCupAreReportedWithTheirLines) {
+  const auto of = [](const std::string& suction) { return faultsOf(withCup(suction)); };
+  EXPECT_THAT(of("cup_link: palm, axis: [2, 0, 0], radius: 0, engage_s: 0"),
+              ElementsAre("9: hands.hand.suction.axis: must be of unit length",
+                          "9: hands.hand.suction.radius: must be within 0.001 and 0.25, not '0'",
+                          "9: hands.hand.suction.engage_s: must be within 0.01 and 60, not '0'"));
+  EXPECT_THAT(of("cup_link: palm, axis: [1, 0, 0], radios: 0.02, engage_s: 100"),
+              ElementsAre("9: hands.hand.suction: has no 'radius'",
+                          "9: hands.hand.suction.engage_s: must be within 0.01 and 60, not '100'",
+                          "9: hands.hand.suction.radios: unknown key; the nearest known one is "
+                          "'radius'"));
+  EXPECT_THAT(of("cup_link: cup, axis: [1, 0, 0], radius: 0.02, engage_s: 1"),
+              ElementsAre("9: hands.hand.suction.cup_link: link 'cup' is not in the URDF"));
+  for (const char* link : {"upper", "finger"}) {
+    EXPECT_THAT(
+        of(std::string("cup_link: ") + link + ", axis: [1, 0, 0], radius: 0.02, engage_s: 1"),
+        ElementsAre("9: hands.hand.suction.cup_link: is not rigid with the tool link "
+                    "'palm' of arm 'arm'"));
+  }
+  EXPECT_THAT(of("cup_link: palm, axis: [0, 0, 1], radius: 0.02, engage_s: 1"),
+              ElementsAre("6: arms.arm.approach_axis: is not along the axis of the suction cup "
+                          "'palm'"));
+  const std::string both = with(
+      kTinyYaml, "    palm_link: palm\n",
+      "    palm_link: palm\n    suction: {cup_link: palm, axis: [1, 0, 0], radius: 0.02, engage_s: "
+      "1}\n");
+  EXPECT_THAT(
+      faultsOf(both),
+      ::testing::Contains(
+          "9: hands.hand.palm_link: is for fingers: a gripper has these or suction, not both"));
+  EXPECT_THAT(faultsOf(both), ::testing::SizeIs(6));
+}
+
 TEST(RobotSettings, FaultsAreReportedWithTheirLines) {
   EXPECT_THAT(faultsOf(with(kTinyYaml, "version: 1", "version: one")),
               ElementsAre("1: version: must be a whole number from 1 to 1, not 'one'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "urdf: tiny.urdf\n", "")), ElementsAre("1: has no 'urdf'"));
-  EXPECT_THAT(faultsOf(with(kTinyYaml, "tool_link: palm, ", "tol_link: palm, ")),
-              ElementsAre("6: arms.arm: has no 'tool_link'", "6: arms.arm.tol_link: unknown key"));
+  EXPECT_THAT(
+      faultsOf(with(kTinyYaml, "tool_link: palm, ", "tol_link: palm, ")),
+      ElementsAre("6: arms.arm: has no 'tool_link'",
+                  "6: arms.arm.tol_link: unknown key; the nearest known one is 'tool_link'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "[1, 0, 0]", "[1, 0, x]")),
               ElementsAre("6: arms.arm.approach_axis.2: must be a finite number, not 'x'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "acceleration: 0.5", "acceleration: -1")),
@@ -124,7 +182,7 @@ TEST(RobotSettings, FaultsAreReportedWithTheirLines) {
               ElementsAre("12: hands.hand.open.bend: must be a finite number, not '.nan'"));
   EXPECT_THAT(
       faultsOf(with(kTinyYaml, "    acceleration: 5\n", "    acceleration: 5\n    speed: 1\n")),
-      ElementsAre("15: hands.hand.speed: unknown key"));
+      ElementsAre("15: hands.hand.speed: unknown key; the nearest known one is 'open'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "closed: {bend: 1}", "closed: {bend: 2}")),
               ElementsAre("13: hands.hand.closed: joint 'bend' is outside its limits"));
 }

@@ -49,7 +49,8 @@ TEST(DaemonSettings, AreReadFromTheFile) {
 
 TEST(DaemonSettings, FaultsAreReportedWithTheirLines) {
   EXPECT_THAT(faultsOf("cells: []\n"), ElementsAre("1: has no 'version'"));
-  EXPECT_THAT(faultsOf("version: 1\ncell: [a]\n"), ElementsAre("2: cell: unknown key"));
+  EXPECT_THAT(faultsOf("version: 1\ncell: [a]\n"),
+              ElementsAre("2: cell: unknown key; the nearest known one is 'cells'"));
   EXPECT_THAT(faultsOf("version: 1\ncells: butler\n"),
               ElementsAre("2: cells: must be a list, not 'butler'"));
   EXPECT_THAT(faultsOf("version: 1\ndomain: 233\n"),

@@ -19,7 +19,7 @@ using testing::HasSubstr;
 constexpr std::uint64_t kHash = 0x0123456789abcdefULL;
 
 GraspSet twoGrasps() {
-  GraspSet set{"cup", "gripper", "hand", {}};
+  GraspSet set{"cup", "gripper", "hand", {}, {}};
   for (const double quality : {0.3, 0.1}) {
     Grasp grasp;
     grasp.X_OT = toPose(toValue(Pose(Eigen::Translation3d(0.1, -0.2, 1.0 / 3) *
@@ -61,6 +61,36 @@ TEST(GraspSetFile, GivesBackWhatWasWritten) {
   EXPECT_EQ(read->grasps[1].quality, set.grasps[1].quality);
   EXPECT_EQ(read->grasps[0].contacts[1].link, "right");
   EXPECT_EQ(read->grasps[0].contacts[1].n_O, set.grasps[0].contacts[1].n_O);
+}
+
+TEST(GraspSetFile, KeepsAnEmptySetAndItsReason) {
+  const auto file = temporaryFile("grasps_none.json");
+  const GraspSet none{"cup", "gripper", "hand", {}, "it is too wide"};
+  ASSERT_TRUE(writeGraspSet(none, kHash, file));
+  const auto read = readGraspSet(file, kHash);
+  ASSERT_TRUE(read) << read.error().detail;
+  EXPECT_TRUE(read->grasps.empty());
+  EXPECT_EQ(read->none_because, "it is too wide");
+}
+
+TEST(GraspSetFile, OfACupHasNoJointsAndOneContact) {
+  const auto file = temporaryFile("grasps_cup.json");
+  GraspSet set{"box", "arm", "cup", {}, {}};
+  Grasp grasp;
+  grasp.X_OT.translation().z() = 0.05;
+  grasp.contacts = {{"cup", {0, 0, 0.05}, {0, 0, 1}}};
+  grasp.quality = 0.9;
+  set.grasps = {grasp};
+  ASSERT_TRUE(writeGraspSet(set, kHash, file));
+  const auto read = readGraspSet(file, kHash);
+  ASSERT_TRUE(read) << read.error().detail;
+  EXPECT_EQ(read->grasps[0].open.size(), 0);
+  EXPECT_EQ(read->grasps[0].contacts[0].link, "cup");
+  EXPECT_EQ(read->grasps[0].X_OT.matrix(), grasp.X_OT.matrix());
+
+  set.grasps[0].contacts.push_back(grasp.contacts[0]);
+  ASSERT_TRUE(writeGraspSet(set, kHash, file));
+  EXPECT_FALSE(readGraspSet(file, kHash));
 }
 
 TEST(GraspSetFile, LeavesNoTemporaryFileBehind) {
@@ -138,7 +168,7 @@ const Fault kFaults[] = {
     {"no_object", [](json& f) { f.erase("object"); }, "object"},
     {"empty_robot", [](json& f) { f["robot"] = ""; }, "robot"},
     {"hand_list", [](json& f) { f["hand"] = json::array(); }, "hand"},
-    {"no_grasps", [](json& f) { f["grasps"] = json::array(); }, "grasps"},
+    {"no_grasps", [](json& f) { f["grasps"] = json::array(); }, "none_because: is missing"},
     {"grasps_text", [](json& f) { f["grasps"] = "many"; }, "grasps"},
     {"grasp_number", [](json& f) { f["grasps"][1] = 3; }, "grasps[1]"},
     {"no_pose", [](json& f) { f["grasps"][0].erase("X_OT"); }, "grasps[0].X_OT"},
@@ -160,7 +190,7 @@ const Fault kFaults[] = {
      },
      "X_OT.quat_wxyz"},
     {"text_joint", [](json& f) { f["grasps"][0]["open"][1] = "wide"; }, "grasps[0].open[1]"},
-    {"no_joints", [](json& f) { f["grasps"][0]["open"] = json::array(); }, "grasps[0].open"},
+    {"no_joints", [](json& f) { f["grasps"][0]["open"] = json::array(); }, "grasps[0].closed"},
     {"joint_missing", [](json& f) { f["grasps"][0]["closed"].erase(0); }, "grasps[0].closed"},
     {"other_hand", [](json& f) { f["grasps"][1]["open"] = f["grasps"][1]["closed"] = {0.1}; },
      "grasps[1].open"},
@@ -249,6 +279,29 @@ TEST_F(GraspSetHash, ChangesWithObjectHandPostureAndEveryParameter) {
   expectNew("friction");
   params_.seed += 1;
   expectNew("seed");
+}
+
+TEST_F(GraspSetHash, KnowsACupAndWhatASealNeeds) {
+  const std::uint64_t of_fingers = hash();
+  params_.seal_bend *= 2;
+  params_.holding *= 2;
+  EXPECT_EQ(hash(), of_fingers);  // for cups alone
+  model_ = suctionGripper(0.015);
+  std::vector<std::uint64_t> seen{hash()};
+  const auto expectNew = [&](const char* what) {
+    EXPECT_THAT(seen, testing::Not(testing::Contains(hash()))) << what;
+    seen.push_back(hash());
+  };
+  model_.hands[0].suction->radius += 1e-3;
+  expectNew("radius");
+  model_.hands[0].suction->axis = -Eigen::Vector3d::UnitZ();
+  expectNew("axis");
+  params_.seal_bend += 0.01;
+  expectNew("bend");
+  params_.holding += 0.1;
+  expectNew("holding");
+  model_.hands[0].suction->engage_s += 1;
+  EXPECT_THAT(seen, testing::Contains(hash())) << "how long it takes changes no grasp";
 }
 
 }  // namespace

@@ -138,6 +138,35 @@ RobotModel curlingHand() {
   return model;
 }
 
+RobotModel suctionGripper(double radius) {
+  RobotModel model;
+  model.name = "sucker";
+  model.links.push_back({"base", -1, {boxAt({0, 0, -0.05}, {0.1, 0.1, 0.1})}});
+  const Joint wrist_joint = movingAt(JointType::kRevolute, {0, 0, 0.01}, Vector3d::UnitZ(), -3, 3);
+  const int wrist =
+      addLink(model, 0, wrist_joint, "wrist", {boxAt({0, 0, 0.025}, {0.06, 0.06, 0.05})});
+  Shape lip;
+  lip.geometry = CylinderShape{radius, 0.03};
+  lip.X_BS.translation().z() = 0.015;
+  const int cup = addLink(model, wrist, fixedAt({0, 0, 0.05}), "cup", {lip});
+  const int tool = addLink(model, cup, fixedAt({0, 0, 0.03}), "tool", {});
+  Arm arm;
+  arm.name = "arm";
+  arm.base_link = 0;
+  arm.tool_link = tool;
+  arm.dofs = {0};
+  arm.joints = {0};
+  arm.hand = 0;
+  model.arms.push_back(arm);
+  Hand hand;
+  hand.name = "cup";
+  hand.palm_link = cup;
+  hand.links = {cup};
+  hand.suction = Suction{cup, Vector3d::UnitZ(), radius, 0.3};
+  model.hands.push_back(hand);
+  return model;
+}
+
 SceneObject objectOf(const std::string& name, std::vector<Shape> shapes) {
   SceneObject object;
   object.name = name;

@@ -15,6 +15,10 @@ RobotModel parallelGripper();
 /// long links; the second finger's tip mimics the first's.
 RobotModel curlingHand();
 
+/// A cup of 30 mm length before a body of 60 x 60 x 50 mm; the tool's origin is the middle of the
+/// cup's lip, z towards the object.
+RobotModel suctionGripper(double radius);
+
 SceneObject objectOf(const std::string& name, std::vector<Shape> shapes);
 SceneObject boxObject(const Eigen::Vector3d& size);
 SceneObject sphereObject(double radius);
