@@ -29,7 +29,7 @@ std::string contentOf(const fs::path& file) {
 }
 
 GraspSet twoGrasps() {
-  GraspSet set{"cup", "gripper", "hand", {}};
+  GraspSet set{"cup", "gripper", "hand", {}, {}};
   for (const double quality : {0.3, 0.1}) {
     Grasp grasp;
     grasp.X_OT.translation() = Eigen::Vector3d(0.1, -0.2, quality);

@@ -21,7 +21,7 @@ class PlacedArm {
       : kinematics(model, 0), approach_T_(model.arms.front().approach_axis) {
     const RobotVector q = RobotVector::Zero(model.dofs());
     const auto file = folder_ / "map";
-    const auto built = ReachabilityMap::build(model, 0, q, params, {}, file, {}, Deadline());
+    const auto built = ReachabilityMap::build(model, q, params, {}, {file}, {}, Deadline());
     if (!built) throw std::runtime_error(built.error().detail);
     map_ = ReachabilityMap::open(file, ReachabilityMap::hash(model, 0, q, params)).value();
     placed.map = map_.get();
