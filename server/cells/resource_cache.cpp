@@ -106,10 +106,10 @@ std::shared_ptr<const ReachabilityMap> ResourceCache::makeMap(const SceneRobot& 
     }
   }
   std::filesystem::create_directories(file.parent_path());
-  const ArmSelfCollision touches_itself(*robot.model, arm, robot.q_start);
+  ArmSelfCollision self(*robot.model, arm, robot.q_start);
   const auto built = ReachabilityMap::build(
-      *robot.model, arm, robot.q_start, params,
-      [&](const ArmVector& q) { return touches_itself(q); }, file,
+      *robot.model, arm, robot.q_start, params, [&](const ArmVector& q) { return self.touches(q); },
+      file,
       [&](double fraction) {
         if (progress_) progress_("map " + arm_name, fraction);
       },
