@@ -6,6 +6,7 @@
 #include <handover/common/log.hpp>
 
 #include <cstdio>
+#include <deque>
 #include <stdexcept>
 
 namespace handover {
@@ -145,9 +146,11 @@ void ResourceCache::makeMaps(const SceneRobot& robot, const std::vector<MapFile>
                              const Deadline& deadline) {
   const RobotModel& model = *robot.model;
   std::vector<std::filesystem::path> paths;
+  std::deque<ArmSelfCollision> arms;
   std::vector<ReachabilityMap::SelfCollision> touch;
   for (const MapFile& file : files) {
-    touch.emplace_back(ArmSelfCollision(model, static_cast<int>(paths.size()), robot.q_start));
+    auto& arm = arms.emplace_back(model, static_cast<int>(paths.size()), robot.q_start);
+    touch.emplace_back([&arm](const ArmVector& q) { return arm.touches(q); });
     paths.push_back(file.path);
   }
   const auto reports = ReachabilityMap::build(

@@ -2,6 +2,7 @@
 #include "settings/scene_resolver.hpp"
 
 #include "core/kinematics/arm_kinematics.hpp"
+#include "core/model/joint_limits.hpp"
 #include "core/model_io/geometry_shapes.hpp"
 #include "core/model_io/mesh_reader.hpp"
 
@@ -10,8 +11,6 @@
 namespace handover {
 namespace {
 
-/// Positions may stick out of the limits by the rounding of written decimals.
-constexpr double kLimitSlack = 1e-6;
 constexpr int kSwivelSamples = 64;
 
 class SceneResolver {
@@ -124,7 +123,7 @@ class SceneResolver {
       const Joint& joint = robot.model->joints[static_cast<std::size_t>(index)];
       if (joint.type == JointType::kFixed || joint.mimic) {
         report_.add(at, joint.mimic ? "mimics another joint" : "is fixed");
-      } else if (position < joint.lower - kLimitSlack || position > joint.upper + kLimitSlack) {
+      } else if (!withinWrittenLimits(joint, position)) {
         report_.add(at, "is outside the joint's limits, " + std::to_string(joint.lower) + " to " +
                             std::to_string(joint.upper));
       } else {

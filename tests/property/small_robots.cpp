@@ -323,10 +323,10 @@ SmallRobot SmallRobots::make(RobotKind kind, int which) const {
   params.samples = samples;
   const RobotVector q = RobotVector::Zero(robot.model->dofs());
   const auto file = folder_ / (name + ".map");
-  const ArmSelfCollision self(*robot.model, 0, q);
+  ArmSelfCollision self(*robot.model, 0, q);
   const auto built = ReachabilityMap::build(*robot.model, q, params,
-                                            {[&](const ArmVector& at) { return self(at); }}, {file},
-                                            {}, Deadline());
+                                            {[&](const ArmVector& at) { return self.touches(at); }},
+                                            {file}, {}, Deadline());
   if (!built) throw std::runtime_error(built.error().detail);
   const auto map = ReachabilityMap::open(file, ReachabilityMap::hash(*robot.model, 0, q, params));
   if (!map) throw std::runtime_error(map.error().detail);

@@ -58,9 +58,11 @@ ArmSelfCollision::ArmSelfCollision(const RobotModel& model, int arm, const Robot
   if (arm < 0 || static_cast<std::size_t>(arm) >= model.arms.size() || q.size() != model.dofs()) {
     throw std::invalid_argument("ArmSelfCollision: no such arm, or a posture of the wrong size");
   }
-  data_ = std::make_shared<Data>(model, arm, q);
+  data_ = std::make_unique<Data>(model, arm, q);
 }
 
-bool ArmSelfCollision::operator()(const ArmVector& q) const { return !data_->checker.valid(q); }
+ArmSelfCollision::~ArmSelfCollision() = default;
+
+bool ArmSelfCollision::touches(const ArmVector& q) { return !data_->checker.valid(q); }
 
 }  // namespace handover

@@ -282,7 +282,7 @@ GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCo
       break;
     }
     const Nearest nearest = nearestPoint(next);
-    // Rounding has the last word: no nearer than before.
+    // Rounding prevents progress: no nearer than before.
     if (nearest.squared >= v.squaredNorm()) break;
     keepUsed(next, nearest.weights);
     simplex = next;

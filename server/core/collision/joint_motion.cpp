@@ -6,12 +6,20 @@
 
 namespace handover {
 
-void PolylineMotion::stretch(double from, double to, MotionInterval& out) const {
+void JointMotion::stretch(double from, double to, MotionInterval& out) const {
+  const Eigen::Index size = joints();
+  out.q_middle.resize(size);
+  out.along.resize(size);
+  out.rest.resize(size);
+  fill(from, to, {out.q_middle, out.along, out.rest});
+}
+
+void PolylineMotion::fill(double from, double to, MotionIntervalRef out) const {
   const Eigen::Index segments = waypoints_.cols() - 1;
   if (segments == 0) {
     out.q_middle = waypoints_.col(0);
-    out.along.setZero(out.q_middle.size());
-    out.rest.setZero(out.q_middle.size());
+    out.along.setZero();
+    out.rest.setZero();
     return;
   }
   const auto at = [&](double s) {
@@ -37,16 +45,10 @@ void PolylineMotion::stretch(double from, double to, MotionInterval& out) const 
   }
 }
 
-void BothMotions::stretch(double from, double to, MotionInterval& out) const {
-  first_.stretch(from, to, of_first_);
-  second_.stretch(from, to, of_second_);
-  const Eigen::Index size = of_first_.q_middle.size() + of_second_.q_middle.size();
-  out.q_middle.resize(size);
-  out.q_middle << of_first_.q_middle, of_second_.q_middle;
-  out.along.resize(size);
-  out.along << of_first_.along, of_second_.along;
-  out.rest.resize(size);
-  out.rest << of_first_.rest, of_second_.rest;
+void BothMotions::fill(double from, double to, MotionIntervalRef out) const {
+  const Eigen::Index before = first_.joints(), after = second_.joints();
+  first_.fill(from, to, {out.q_middle.head(before), out.along.head(before), out.rest.head(before)});
+  second_.fill(from, to, {out.q_middle.tail(after), out.along.tail(after), out.rest.tail(after)});
 }
 
 }  // namespace handover

@@ -14,15 +14,25 @@ struct MotionInterval {
   Eigen::VectorXd q_middle, along, rest;
 };
 
+/// Where the values of a MotionInterval go, or those of some of its joints: all of one size.
+struct MotionIntervalRef {
+  Eigen::Ref<Eigen::VectorXd> q_middle, along, rest;
+};
+
 /// A continuous curve q(s) of some joints, s from 0 to 1.
 class JointMotion {
  public:
   virtual ~JointMotion() = default;
 
+  virtual Eigen::Index joints() const = 0;
+
   /// The curve between two parameters. `along` and `rest` go to 0 with the stretch, `rest` the
-  /// faster where the curve is smooth. No allocation when the sizes fit already.
-  /// @pre 0 <= from <= to <= 1.
-  virtual void stretch(double from, double to, MotionInterval& out) const = 0;
+  /// faster where the curve is smooth. No allocation.
+  /// @pre 0 <= from <= to <= 1; `out` has the size of joints().
+  virtual void fill(double from, double to, MotionIntervalRef out) const = 0;
+
+  /// The same; no allocation when the sizes fit already.
+  void stretch(double from, double to, MotionInterval& out) const;
 };
 
 /// One straight segment. @pre `from` and `to` are of one size; they outlive this.
@@ -32,10 +42,12 @@ class SegmentMotion : public JointMotion {
                 const Eigen::Ref<const Eigen::VectorXd>& to)
       : from_(from), to_(to) {}
 
-  void stretch(double from, double to, MotionInterval& out) const override {
+  Eigen::Index joints() const override { return from_.size(); }
+
+  void fill(double from, double to, MotionIntervalRef out) const override {
     out.q_middle = from_ + 0.5 * (from + to) * (to_ - from_);
     out.along = 0.5 * (to - from) * (to_ - from_);
-    out.rest.setZero(from_.size());
+    out.rest.setZero();
   }
 
  private:
@@ -54,7 +66,9 @@ class PolylineMotion : public JointMotion {
     }
   }
 
-  void stretch(double from, double to, MotionInterval& out) const override;
+  Eigen::Index joints() const override { return waypoints_.rows(); }
+
+  void fill(double from, double to, MotionIntervalRef out) const override;
 
  private:
   Eigen::MatrixXd waypoints_;  ///< one per column
@@ -66,11 +80,12 @@ class BothMotions : public JointMotion {
   BothMotions(const JointMotion& first, const JointMotion& second)
       : first_(first), second_(second) {}
 
-  void stretch(double from, double to, MotionInterval& out) const override;
+  Eigen::Index joints() const override { return first_.joints() + second_.joints(); }
+
+  void fill(double from, double to, MotionIntervalRef out) const override;
 
  private:
   const JointMotion &first_, &second_;
-  mutable MotionInterval of_first_, of_second_;  ///< scratch
 };
 
 }  // namespace handover

@@ -135,15 +135,15 @@ void StateChecker::divide() {
     add(arm_with_all_, row, row.movers & ~tools);
   }
   for (Part* part : {&tool_with_still_, &tool_with_arm_, &arm_with_all_}) {
-    std::vector<bool> spoken_of(moving_.size());
+    std::vector<bool> used(moving_.size());
     for (const PairList::Row& row : part->rows) {
-      if (index(row.other) >= 0) spoken_of[static_cast<std::size_t>(index(row.other))] = true;
+      if (index(row.other) >= 0) used[static_cast<std::size_t>(index(row.other))] = true;
       pairs_.forEachMover(row, [&](BodyId mover, std::uint64_t) {
-        spoken_of[static_cast<std::size_t>(index(mover))] = true;
+        used[static_cast<std::size_t>(index(mover))] = true;
       });
     }
-    for (std::size_t i = 0; i < spoken_of.size(); ++i) {
-      if (spoken_of[i]) part->bodies.push_back(i);
+    for (std::size_t i = 0; i < used.size(); ++i) {
+      if (used[i]) part->bodies.push_back(i);
     }
   }
 }

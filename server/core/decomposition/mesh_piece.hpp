@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a mesh's solid lies within a box: the triangles cut to it, and the corners of the box
+// The part of a mesh's solid inside a box: the triangles cut to it, and the corners of the box
 // that are inside.
 #pragma once
 

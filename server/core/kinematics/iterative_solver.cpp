@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <random>
 
 namespace handover::kinematics {
@@ -33,7 +32,6 @@ std::array<float, 7> numbersOf(const Pose& X, double length) {
 
 /// Whole turns of turning joints aside.
 bool alreadyFound(const Chain& chain, const std::vector<ArmVector>& found, const ArmVector& q) {
-  constexpr double kTurn = 2 * std::numbers::pi;
   return std::any_of(found.begin(), found.end(), [&](const ArmVector& other) {
     for (int i = 0; i < chain.dofs(); ++i) {
       double apart = q[i] - other[i];

@@ -7,7 +7,6 @@ namespace handover::kinematics {
 namespace {
 
 constexpr double kSlack = 1e-9;
-constexpr double kTurn = 2 * std::numbers::pi;
 
 /// Copies beyond these are of no use, and limits of 1e6 turns must not make as many answers.
 constexpr double kMostCopies = 64;

@@ -9,6 +9,8 @@
 
 namespace handover::kinematics {
 
+inline constexpr double kTurn = 2 * std::numbers::pi;  ///< [rad]
+
 /// angle + 2 pi k lies within the limits, widened by a slack, for k in [first, last].
 struct Windings {
   double first = 0, last = -1;
@@ -17,7 +19,6 @@ struct Windings {
 };
 
 inline Windings windings(double angle, double lower, double upper, double slack) {
-  constexpr double kTurn = 2 * std::numbers::pi;
   return {std::ceil((lower - slack - angle) / kTurn), std::floor((upper + slack - angle) / kTurn)};
 }
 

@@ -16,7 +16,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTurn = 2 * std::numbers::pi;
 // URDFs that write 1.57 for pi/2 miss the common points by less than 0.1 mm.
 constexpr double kMeetingTolerance = 1e-4;
 // How far Newton may have to carry such an arm's closed-form answer back into the limits [rad].

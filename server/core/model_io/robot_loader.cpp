@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/model_io/robot_loader.hpp"
 
+#include "core/model/joint_limits.hpp"
 #include "core/model_io/file_fault.hpp"
 #include "core/model_io/srdf_reader.hpp"
 #include "core/model_io/urdf_reader.hpp"
@@ -17,7 +18,6 @@ namespace handover {
 namespace {
 
 constexpr int kMaxArmJoints = 8;
-constexpr double kLimitSlack = 1e-6;
 constexpr double kCupTilt = 0.5 * M_PI / 180;  // of a cup's axis off the approach axis [rad]
 
 std::string sha256(const std::filesystem::path& file) {
@@ -180,7 +180,7 @@ class RobotAssembler {
     const Joint& it = model_.joints[static_cast<std::size_t>(joint)];
     const auto at = std::find(hand.dofs.begin(), hand.dofs.end(), it.dof);
     if (it.mimic || at == hand.dofs.end()) return;
-    if (position < it.lower - kLimitSlack || position > it.upper + kLimitSlack) {
+    if (!withinWrittenLimits(it, position)) {
       return fault(key, "joint '" + name + "' is outside its limits");
     }
     posture[at - hand.dofs.begin()] = std::clamp(position, it.lower, it.upper);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/model_io/srdf_reader.hpp"
 
+#include "core/model/joint_limits.hpp"
 #include "core/model_io/xml_reader.hpp"
 
 #include <algorithm>
@@ -11,8 +12,6 @@ namespace {
 
 using tinyxml2::XMLElement;
 
-/// Positions may stick out of the limits by the rounding of written decimals.
-constexpr double kLimitSlack = 1e-6;
 /// Groups may hold groups, each read by recursion.
 constexpr std::size_t kMaxGroups = 256, kMaxChains = 1024;
 
@@ -186,7 +185,7 @@ class SrdfReader {
       if (it.type == JointType::kFixed) {
         return faults_.add(e, "<group_state> '" + name + "': joint '" + it.name + "' is fixed");
       }
-      if (*value < it.lower - kLimitSlack || *value > it.upper + kLimitSlack) {
+      if (!withinWrittenLimits(it, *value)) {
         faults_.add(e,
                     "<group_state> '" + name + "': joint '" + it.name + "' is outside its limits");
       }

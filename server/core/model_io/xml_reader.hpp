@@ -66,8 +66,9 @@ std::optional<std::vector<double>> numbersOf(const tinyxml2::XMLElement& element
                                              const char* attribute, std::size_t count, double most,
                                              XmlFaults& faults);
 
-/// A fault for each attribute that is not among these: most likely a slip of the pen. Those with a
-/// ':' are somebody else's.
+/// A fault for each attribute that is not among these: probably a typo. Namespaced attributes (with
+/// a
+/// ':') are ignored.
 void checkAttributes(const tinyxml2::XMLElement& element,
                      std::initializer_list<std::string_view> known, XmlFaults& faults);
 

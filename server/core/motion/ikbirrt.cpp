@@ -5,11 +5,11 @@
 
 #include <handover/common/random.hpp>
 
+#include <ompl/base/Goal.h>
 #include <ompl/base/MotionValidator.h>
 #include <ompl/base/ProblemDefinition.h>
 #include <ompl/base/SpaceInformation.h>
 #include <ompl/base/StateValidityChecker.h>
-#include <ompl/base/goals/GoalSampleableRegion.h>
 #include <ompl/base/spaces/RealVectorStateSpace.h>
 #include <ompl/base/terminationconditions/IterationTerminationCondition.h>
 #include <ompl/datastructures/NearestNeighbors.h>
@@ -139,15 +139,22 @@ class SegmentChecker : public ob::MotionValidator {
   const MotionProblem& problem_;
 };
 
-// The goals as the caller's sampler gives them, counted as they come.
-class IkGoals : public ob::GoalSampleableRegion {
+// OMPL does not plan without a goal; the search asks IkGoals for its own.
+class PlaceholderGoal : public ob::Goal {
  public:
-  IkGoals(const ob::SpaceInformationPtr& si, const MotionProblem& problem,
-          const GoalSampler& sampler)
-      : GoalSampleableRegion(si), problem_(problem), sampler_(sampler) {}
+  using Goal::Goal;
+
+  bool isSatisfied(const ob::State*) const override { return false; }
+};
+
+// The goals as the caller's sampler gives them, counted as they come.
+class IkGoals {
+ public:
+  IkGoals(const MotionProblem& problem, const GoalSampler& sampler)
+      : problem_(problem), sampler_(sampler) {}
 
   /// Draws the next goal; true if it is within limits and valid.
-  bool draw(ob::State* state) const {
+  bool draw(ob::State* state) {
     if (exhausted_) return false;
     ArmVector q;
     if (!sampler_(drawn_, q)) {
@@ -161,21 +168,6 @@ class IkGoals : public ob::GoalSampleableRegion {
     return true;
   }
 
-  void sampleGoal(ob::State* state) const override {
-    // OMPL takes a state outside the bounds for a goal to be skipped.
-    if (!draw(state)) valuesOf(state)[0] = std::numeric_limits<double>::max();
-  }
-
-  unsigned maxSampleCount() const override {
-    return exhausted_ ? drawn_ : std::numeric_limits<unsigned>::max();
-  }
-
-  bool couldSample() const override { return !exhausted_; }
-
-  double distanceGoal(const ob::State*) const override {
-    return std::numeric_limits<double>::infinity();  // the set has no closed form
-  }
-
   bool exhausted() const { return exhausted_; }
 
   std::uint32_t drawn() const { return drawn_; }
@@ -185,8 +177,8 @@ class IkGoals : public ob::GoalSampleableRegion {
  private:
   const MotionProblem& problem_;
   const GoalSampler& sampler_;
-  mutable std::uint32_t drawn_ = 0, valid_ = 0;
-  mutable bool exhausted_ = false;
+  std::uint32_t drawn_ = 0, valid_ = 0;
+  bool exhausted_ = false;
 };
 
 // All states in one block, searched from end to end: for the few thousand states of a plan this
@@ -283,7 +275,7 @@ class FlatNearest : public ompl::NearestNeighbors<T> {
 // grow, and it never draws another.
 class IkBiRrt : public og::RRTConnect {
  public:
-  IkBiRrt(const ob::SpaceInformationPtr& si, const MotionProblem& problem, const IkGoals& goals,
+  IkBiRrt(const ob::SpaceInformationPtr& si, const MotionProblem& problem, IkGoals& goals,
           const IkBiRrtSettings& settings)
       : RRTConnect(si), problem_(problem), goals_(goals), settings_(settings) {
     setName("IKBiRRT");
@@ -298,7 +290,7 @@ class IkBiRrt : public og::RRTConnect {
     if (tStart_->size() == 0) return ob::PlannerStatus::INVALID_START;
     sampler_ = si_->allocStateSampler();
     // States for the two hands of growTree(); freed whatever the callbacks throw.
-    const Scratch target(si_), step(si_), goal(si_);
+    Scratch target(si_), step(si_), goal(si_);
     if (tryDirect(goal.motion, over)) return ob::PlannerStatus::EXACT_SOLUTION;
     if (tGoal_->size() == 0) {
       return goals_.exhausted() ? ob::PlannerStatus::INVALID_GOAL : ob::PlannerStatus::TIMEOUT;
@@ -331,7 +323,7 @@ class IkBiRrt : public og::RRTConnect {
     Scratch(const Scratch&) = delete;
     Scratch& operator=(const Scratch&) = delete;
     ob::SpaceInformationPtr si;
-    mutable Motion motion;
+    Motion motion;
   };
 
   Motion* addRoot(Tree& tree, const ob::State* state) {
@@ -431,7 +423,7 @@ class IkBiRrt : public og::RRTConnect {
   }
 
   const MotionProblem& problem_;
-  const IkGoals& goals_;
+  IkGoals& goals_;
   const IkBiRrtSettings settings_;
   std::vector<std::pair<const ob::State*, std::uint32_t>> goal_roots_;
   std::uint32_t reached_goal_ = 0;
@@ -493,10 +485,10 @@ Result<JointPath> planIkBiRrt(const MotionProblem& problem, const ArmVector& sta
   ob::ScopedState<> first(space);
   Eigen::Map<Eigen::VectorXd>(valuesOf(first.get()), dofs) = start;
   definition->addStartState(first);
-  const auto region = std::make_shared<IkGoals>(si, problem, goals);
-  definition->setGoal(region);
+  definition->setGoal(std::make_shared<PlaceholderGoal>(si));
+  IkGoals ik_goals(problem, goals);
 
-  IkBiRrt planner(si, problem, *region, settings);
+  IkBiRrt planner(si, problem, ik_goals, settings);
   planner.setProblemDefinition(definition);
   planner.setup();
   ob::IterationTerminationCondition iterations(settings.max_iterations);
@@ -506,8 +498,8 @@ Result<JointPath> planIkBiRrt(const MotionProblem& problem, const ArmVector& sta
   if (static_cast<ob::PlannerStatus::StatusType>(status) != ob::PlannerStatus::EXACT_SOLUTION) {
     if (deadline.over()) return stopped();
     return {ErrorCode::kNoPath, "no path with " + std::to_string(planner.states()) +
-                                    " states and " + std::to_string(region->valid()) +
-                                    " valid of " + std::to_string(region->drawn()) +
+                                    " states and " + std::to_string(ik_goals.valid()) +
+                                    " valid of " + std::to_string(ik_goals.drawn()) +
                                     " goals drawn"};
   }
   auto* found = definition->getSolutionPath()->as<og::PathGeometric>();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simple ways: straight segments over a few configurations that somebody thinks of, tried before
+// Shortest path over a small set of candidate configurations, edges checked lazily; tried before
 // trees are grown.
 #pragma once
 

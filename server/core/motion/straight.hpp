@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Straight lines of the tool in space, as joint paths: approach, lift, place, retreat. Whether they
-// are free is for others to find out.
+// Straight lines of the tool in space, as joint paths: approach, lift, place, retreat. Not checked
+// for collisions.
 #pragma once
 
 #include "core/kinematics/arm_kinematics.hpp"

@@ -145,7 +145,7 @@ std::optional<JointPath> FreeMotionSolver::solveToAny(const Manipulator& arm, co
                                                       std::uint32_t& goal) const {
   const MotionProblem motion = problemOf(arm, checker);
   if (!checker.valid(from)) return std::nullopt;
-  // A roadmap path to each goal before trees: of several goals, one that is simply come to.
+  // Try a roadmap path to each goal before trees.
   ArmVector to;
   for (const std::uint32_t checks : {settings_.few_checks, settings_.most_checks}) {
     for (std::uint32_t i = 0; i < settings_.direct_goals && goals(i, to); ++i) {

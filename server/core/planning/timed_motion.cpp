@@ -39,17 +39,14 @@ JointState stateAt(const TimedPath& path, const Place& place, Index j) {
 
 }  // namespace
 
-void TimedMotion::stretch(double from, double to, MotionInterval& out) const {
-  const Index dof = path_.q.front().size();
+void TimedMotion::fill(double from, double to, MotionIntervalRef out) const {
+  const Index dof = joints();
   const double t_from = begin_ + from * (end_ - begin_), t_to = begin_ + to * (end_ - begin_);
   const double t_middle = 0.5 * (t_from + t_to), half = 0.5 * (t_to - t_from);
   // The path moves from `first` to `last` only.
   const Place first = placeAt(path_, std::clamp(t_from, 0.0, path_.duration()));
   const Place middle = placeAt(path_, t_middle);
   const Place last = placeAt(path_, std::clamp(t_to, first.t, path_.duration()));
-  out.q_middle.resize(dof);
-  out.along.resize(dof);
-  out.rest.resize(dof);
   for (Index j = 0; j < dof; ++j) {
     const double q_middle = stateAt(path_, middle, j).q;
     JointState state = stateAt(path_, first, j);

@@ -16,9 +16,11 @@ class TimedMotion : public JointMotion {
   TimedMotion(const TimedPath& path, double begin, double end)
       : path_(path), begin_(begin), end_(end) {}
 
+  Eigen::Index joints() const override { return path_.q.front().size(); }
+
   /// `q_middle` is on the curve, `along` half of the way from the stretch's begin to its end; what
   /// that line leaves of the curve is enclosed by the control points of its quintics.
-  void stretch(double from, double to, MotionInterval& out) const override;
+  void fill(double from, double to, MotionIntervalRef out) const override;
 
  private:
   const TimedPath& path_;

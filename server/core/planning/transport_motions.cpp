@@ -487,6 +487,73 @@ std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple&
 
 // ---- the whole
 
+const JointPath& TransportMotions::armPath(const TaskStage& stage, const Motions& motions) const {
+  const std::size_t k = stage.holder;
+  const bool first = k == 0;
+  const bool ends = k == last();
+  switch (stage.action) {
+    case kReach:
+      return first ? motions.pick->reach : motions.reaches[k];
+    case kApproach:
+      return first ? motions.pick->approach : motions.dual_grasps[k - 1].approach;
+    case kLift:
+      return motions.pick->lift;
+    case kPlace:
+      return motions.place->place;
+    case kRetreat:
+      return ends ? motions.place->retreat : motions.dual_grasps[k].retreat;
+    case kHome:
+      return ends ? motions.place->home : motions.homes[k];
+    case kCarry:
+    case kGrasp:
+    case kRelease:
+    case kUnspecified:
+      break;
+  }
+  return motions.carries[k];
+}
+
+StagePath TransportMotions::gripStage(const TaskStage& stage, const Grasp& grasp,
+                                      CellState& now) const {
+  const Manipulator& arm = at(stage.holder);
+  StagePath added;
+  added.stage = stage;
+  added.mover = &arm;
+  added.state = now;
+  added.dofs = arm.hand->dofs;
+  RobotVector& q = now.of(arm);
+  const bool grips = typeOf(stage.action) == StageType::kGrip;
+  added.waypoints = {arm.fingersOf(q), grips ? grasp.closed : grasp.open};
+  q = arm.withFingers(std::move(q), added.waypoints.back());
+  return added;
+}
+
+StagePath TransportMotions::armStage(const TaskStage& stage, const Grasp& grasp,
+                                     const JointPath& moves, const TransportTuple& tuple,
+                                     CellState& now) const {
+  const Manipulator& arm = at(stage.holder);
+  StagePath added;
+  added.stage = stage;
+  added.mover = &arm;
+  if (carries(stage)) now = holding(std::move(now), arm, grasp, moves.waypoints.front());
+  added.state = now;
+  added.dofs = arm.arm_model->dofs;
+  added.waypoints.assign(moves.waypoints.begin(), moves.waypoints.end());
+  RobotVector& q = now.of(arm);
+  if (stage.action == kReach && !arm.hand->dofs.empty()) {
+    added.fingers = FingerMotion{arm.fingersOf(q), grasp.open};
+    q = arm.withFingers(std::move(q), grasp.open);
+  }
+  q = arm.withArm(std::move(q), moves.waypoints.back());
+  if (!carries(stage)) return added;
+  // Where it is given or put down the object stands as the tuple has it.
+  now = holding(std::move(now), arm, grasp, moves.waypoints.back());
+  now.holder = nullptr;
+  if (stage.action == kCarry && stage.holder < last()) now.X_WO = tuple.X_WH[stage.holder];
+  if (stage.action == kPlace) now.X_WO = problem_.task.X_WO_goal;
+  return added;
+}
+
 TransportPath TransportMotions::assemble(const TransportTuple& tuple,
                                          const Motions& motions) const {
   TransportPath path;
@@ -498,65 +565,13 @@ TransportPath TransportMotions::assemble(const TransportTuple& tuple,
                             {kinematics.manipulability(takeConfiguration(k, motions)),
                              kinematics.manipulability(giveConfiguration(k, motions))}});
   }
-  const auto armPath = [&](const TaskStage& stage) -> const JointPath& {
-    const std::size_t k = stage.holder;
-    const bool first = k == 0;
-    const bool ends = k == last();
-    switch (stage.action) {
-      case kReach:
-        return first ? motions.pick->reach : motions.reaches[k];
-      case kApproach:
-        return first ? motions.pick->approach : motions.dual_grasps[k - 1].approach;
-      case kLift:
-        return motions.pick->lift;
-      case kPlace:
-        return motions.place->place;
-      case kRetreat:
-        return ends ? motions.place->retreat : motions.dual_grasps[k].retreat;
-      case kHome:
-        return ends ? motions.place->home : motions.homes[k];
-      case kCarry:
-      case kGrasp:
-      case kRelease:
-      case kUnspecified:
-        break;
-    }
-    return motions.carries[k];
-  };
-
   CellState now = start_;
   for (const TaskStage& stage : stages_) {
-    const Manipulator& arm = at(stage.holder);
-    const Grasp& grasp = arm.grasp(path.holders[stage.holder].grasp);
-    StagePath& added = path.stages.emplace_back();
-    added.stage = stage;
-    added.mover = &arm;
-    RobotVector& q = now.of(arm);
+    const Grasp& grasp = at(stage.holder).grasp(path.holders[stage.holder].grasp);
     const StageType type = typeOf(stage.action);
-    if (type == StageType::kGrip || type == StageType::kRelease) {
-      added.state = now;
-      added.dofs = arm.hand->dofs;
-      const bool grips = type == StageType::kGrip;
-      added.waypoints = {arm.fingersOf(q), grips ? grasp.closed : grasp.open};
-      q = arm.withFingers(std::move(q), added.waypoints.back());
-      continue;
-    }
-    const JointPath& moves = armPath(stage);
-    if (carries(stage)) now = holding(std::move(now), arm, grasp, moves.waypoints.front());
-    added.state = now;
-    added.dofs = arm.arm_model->dofs;
-    added.waypoints.assign(moves.waypoints.begin(), moves.waypoints.end());
-    if (stage.action == kReach && !arm.hand->dofs.empty()) {
-      added.fingers = FingerMotion{arm.fingersOf(q), grasp.open};
-      q = arm.withFingers(std::move(q), grasp.open);
-    }
-    now.of(arm) = arm.withArm(std::move(now.of(arm)), moves.waypoints.back());
-    if (!carries(stage)) continue;
-    // Where it is given or put down the object stands as the tuple has it.
-    now = holding(std::move(now), arm, grasp, moves.waypoints.back());
-    now.holder = nullptr;
-    if (stage.action == kCarry && stage.holder < last()) now.X_WO = tuple.X_WH[stage.holder];
-    if (stage.action == kPlace) now.X_WO = problem_.task.X_WO_goal;
+    const bool fingers = type == StageType::kGrip || type == StageType::kRelease;
+    path.stages.push_back(fingers ? gripStage(stage, grasp, now)
+                                  : armStage(stage, grasp, armPath(stage, motions), tuple, now));
   }
   return path;
 }

@@ -139,6 +139,12 @@ class TransportMotions {
   std::optional<MotionFailure> findMotions(const TransportTuple& tuple, Motions& motions);
   ArmVector takeConfiguration(std::size_t holder, const Motions& motions) const;
   ArmVector giveConfiguration(std::size_t holder, const Motions& motions) const;
+
+  const JointPath& armPath(const TaskStage& stage, const Motions& motions) const;
+  /// The stage as it begins `now`, which becomes the state at its end.
+  StagePath gripStage(const TaskStage& stage, const Grasp& grasp, CellState& now) const;
+  StagePath armStage(const TaskStage& stage, const Grasp& grasp, const JointPath& moves,
+                     const TransportTuple& tuple, CellState& now) const;
   TransportPath assemble(const TransportTuple& tuple, const Motions& motions) const;
 
   const TransportProblem& problem_;

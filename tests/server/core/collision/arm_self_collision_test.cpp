@@ -16,25 +16,25 @@ ArmVector arm(double first, double second) {
 
 TEST(ArmSelfCollision, SeesTheTorsoAndNotTheOtherArm) {
   const auto model = twoArmRobot();
-  const ArmSelfCollision left(*model, 0, RobotVector::Zero(model->dofs()));
-  EXPECT_FALSE(left(arm(0, 0)));
-  EXPECT_FALSE(left(arm(1.5, 0.5)));
-  EXPECT_TRUE(left(arm(0, 3.05)));  // folded onto itself and into the base
+  ArmSelfCollision left(*model, 0, RobotVector::Zero(model->dofs()));
+  EXPECT_FALSE(left.touches(arm(0, 0)));
+  EXPECT_FALSE(left.touches(arm(1.5, 0.5)));
+  EXPECT_TRUE(left.touches(arm(0, 3.05)));  // folded onto itself and into the base
   // Round the base, past its corner, its hand is where the right arm stands: that arm can move
   // away.
   const ArmVector behind = arm(2.2, 1.25);
   RobotVector q = RobotVector::Zero(model->dofs());
-  EXPECT_FALSE(ArmSelfCollision(*model, 0, q)(behind));
+  EXPECT_FALSE(ArmSelfCollision(*model, 0, q).touches(behind));
 }
 
 TEST(ArmSelfCollision, OpensTheHand) {
   const auto model = twoArmRobot();
   RobotVector shut = RobotVector::Zero(model->dofs());
-  const ArmSelfCollision from_shut(*model, 0, shut);
+  ArmSelfCollision from_shut(*model, 0, shut);
   shut[2] = 0.05;
-  const ArmSelfCollision from_open(*model, 0, shut);
+  ArmSelfCollision from_open(*model, 0, shut);
   for (double second = 2.0; second < 3.1; second += 0.01) {
-    EXPECT_EQ(from_shut(arm(0.4, second)), from_open(arm(0.4, second)));
+    EXPECT_EQ(from_shut.touches(arm(0.4, second)), from_open.touches(arm(0.4, second)));
   }
 }
 

@@ -21,8 +21,10 @@ class Straight : public JointMotion {
   Straight(double from, double to)
       : Straight(Eigen::VectorXd::Constant(1, from), Eigen::VectorXd::Constant(1, to)) {}
 
-  void stretch(double from, double to, MotionInterval& out) const override {
-    SegmentMotion(from_, to_).stretch(from, to, out);
+  Eigen::Index joints() const override { return from_.size(); }
+
+  void fill(double from, double to, MotionIntervalRef out) const override {
+    SegmentMotion(from_, to_).fill(from, to, out);
   }
 
  private:
