@@ -13,8 +13,15 @@ namespace handover {
 namespace {
 
 constexpr std::array<double, 3> kBlends{0.05, 0.01, 0.001};  // corner deviations tried [rad]
-// The fingers are where they open to after so much of a reach, so that they rest when it ends.
-constexpr double kFingersReady = 0.7;
+
+/// Of a way, by its length.
+struct Part {
+  double begin, end;
+};
+
+// Of a reach, in which the fingers open; they rest when it ends. The way is free with open fingers:
+// where they would sweep over something, they wait until the hand is on its way, or open before.
+constexpr std::array<Part, 3> kFingerParts{{{0, 0.7}, {0.4, 0.8}, {0, 0}}};
 constexpr double kFingersAtRest = 1e-9;  // from their posture [rad]
 // Of the contract's 1 mm, 0.5 deg, 1 deg and 5 mm (design §5, Straight).
 constexpr double kOffLine = 0.0007;
@@ -49,25 +56,32 @@ double lengthOf(const Polyline& line) {
   return length;
 }
 
-/// The polyline with the fingers' joints below: they go straight while the first part of the way is
-/// covered, and rest then.
-Polyline withFingers(const Polyline& arm, const FingerMotion& fingers) {
-  const double ready = kFingersReady * lengthOf(arm);
-  const auto stacked = [&](const Eigen::VectorXd& q, double part) {
+/// The polyline with the fingers' joints below: they go straight while one part of the way is
+/// covered.
+Polyline withFingers(const Polyline& arm, const FingerMotion& fingers, const Part& part) {
+  const double length = lengthOf(arm);
+  const auto stacked = [&](const Eigen::VectorXd& q, double share) {
     Eigen::VectorXd both(q.size() + fingers.from.size());
-    both << q, fingers.from + part * (fingers.to - fingers.from);
+    both << q, fingers.from + share * (fingers.to - fingers.from);
     return both;
   };
-  const auto partAt = [&](double way) { return ready > 0 ? std::min(way / ready, 1.0) : 1.0; };
+  const double begin = part.begin * length, end = part.end * length;
+  const auto shareAt = [&](double way) {
+    return end > begin ? std::clamp((way - begin) / (end - begin), 0.0, 1.0) : 1.0;
+  };
   Polyline line{stacked(arm.front(), 0)};
+  if (end == 0 && fingers.from != fingers.to) line.push_back(stacked(arm.front(), 1));
   double way = 0;
   for (std::size_t i = 1; i < arm.size(); ++i) {
     const double step = (arm[i] - arm[i - 1]).norm();
-    if (way < ready && way + step > ready) {
-      line.push_back(stacked(arm[i - 1] + (ready - way) / step * (arm[i] - arm[i - 1]), 1));
+    for (const double turn : {begin, end}) {
+      if (way < turn && way + step > turn) {
+        line.push_back(
+            stacked(arm[i - 1] + (turn - way) / step * (arm[i] - arm[i - 1]), shareAt(turn)));
+      }
     }
     way += step;
-    line.push_back(stacked(arm[i], i + 1 == arm.size() ? 1 : partAt(way)));
+    line.push_back(stacked(arm[i], i + 1 == arm.size() ? 1 : shareAt(way)));
   }
   return line;
 }
@@ -97,21 +111,35 @@ class BlockTimer {
 
   std::variant<std::vector<TimedStage>, MotionFailure> time() {
     if (stages_.front().dofs.empty()) return std::vector<TimedStage>{timeSuction()};
+    for (const Part& part : kFingerParts) {
+      finger_part_ = part;
+      if (auto timed = timeAll()) return std::move(*timed);
+      if (!has_fingers_) break;
+    }
+    return failure_;
+  }
+
+ private:
+  std::optional<std::vector<TimedStage>> timeAll() {
     if (stages_.size() > 1) {
       for (const double blend : {kBlends[0], kBlends[1]}) {
-        if (auto joined = timeJoined(blend)) return std::move(*joined);
+        if (auto joined = timeJoined(blend)) return joined;
       }
     }
     std::vector<TimedStage> timed;
     for (const StagePath& stage : stages_) {
       auto one = timeAlone(stage);
-      if (!one) return failure_;
+      if (!one) return std::nullopt;
       timed.push_back(std::move(*one));
     }
     return timed;
   }
 
- private:
+  Polyline lineOf(const StagePath& stage) const {
+    return stage.fingers ? withFingers(stage.waypoints, *stage.fingers, finger_part_)
+                         : stage.waypoints;
+  }
+
   TimingSettings settingsOf(double blend) const {
     TimingSettings settings;
     settings.blend = blend;
@@ -142,9 +170,8 @@ class BlockTimer {
   }
 
   std::optional<TimedStage> timeAlone(const StagePath& stage) {
-    const bool fingers = stage.fingers.has_value();
-    const std::vector<int> dofs = dofsOf(stage, fingers);
-    const Polyline line = fingers ? withFingers(stage.waypoints, *stage.fingers) : stage.waypoints;
+    const std::vector<int> dofs = dofsOf(stage, stage.fingers.has_value());
+    const Polyline line = lineOf(stage);
     const TimingLimits limits = limitsOf(*stage.mover->model, dofs);
     for (const double blend : kBlends) {
       auto path = parameterize(line, limits, settingsOf(blend));
@@ -161,13 +188,11 @@ class BlockTimer {
   std::optional<std::vector<TimedStage>> timeJoined(double blend) {
     std::vector<Polyline> lines;
     for (const StagePath& stage : stages_) {
-      if (!has_fingers_) {
-        lines.push_back(stage.waypoints);
-      } else if (stage.fingers) {
-        lines.push_back(withFingers(stage.waypoints, *stage.fingers));
+      if (!has_fingers_ || stage.fingers) {
+        lines.push_back(lineOf(stage));
       } else {
         const Eigen::VectorXd& rest = stages_.front().fingers->to;
-        lines.push_back(withFingers(stage.waypoints, {rest, rest}));
+        lines.push_back(withFingers(stage.waypoints, {rest, rest}, finger_part_));
       }
     }
     const std::vector<int> dofs = dofsOf(stages_.front(), has_fingers_);
@@ -304,6 +329,7 @@ class BlockTimer {
   CollisionContext& context_;
   std::span<const StagePath> stages_;
   bool has_fingers_ = false;
+  Part finger_part_ = kFingerParts.front();
   MotionFailure failure_;
 };
 
