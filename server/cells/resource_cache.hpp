@@ -31,7 +31,8 @@ class ResourceCache {
   /// @throws std::runtime_error with the reason when the map can neither be read nor made.
   std::shared_ptr<const ReachabilityMap> map(const SceneRobot& robot, int arm,
                                              const Deadline& deadline);
-  /// The grasps of `object` by the hand of the arm; nullptr when it has none. An empty set says why.
+  /// The grasps of `object` by the hand of the arm; nullptr when it has none. An empty set says
+  /// why.
   std::shared_ptr<const GraspSet> grasps(const SceneObject& object, const SceneRobot& robot,
                                          int arm, const Deadline& deadline);
   std::shared_ptr<const ArmKinematics> kinematics(const std::shared_ptr<const RobotModel>& model,

@@ -76,13 +76,25 @@ class SuctionGrasps : public GraspMaker {
   bool isFull(const Grasp&) const override { return true; }
 
   std::string whyNone() override {
-    char text[320];
-    std::snprintf(text, sizeof(text),
-                  "of %d places on its surface a cup of radius %.0f mm seals at %d (elsewhere the "
-                  "surface bends by more than %.1f mm or ends below the seal), at %d of these the "
-                  "object's centre is within %.0f mm of the line of pull, and there the hand is in "
-                  "the way",
-                  places_, 1e3 * radius_, sealed_, 1e3 * mostBend(), balanced_, 1e3 * mostAside());
+    char text[256];
+    const double radius = 1e3 * radius_;
+    if (sealed_ == 0) {
+      std::snprintf(
+          text, sizeof(text),
+          "a cup of radius %.0f mm seals at none of %d places on its surface: it bends by "
+          "more than %.1f mm or ends below the seal",
+          radius, places_, 1e3 * mostBend());
+    } else if (balanced_ == 0) {
+      std::snprintf(text, sizeof(text),
+                    "a cup of radius %.0f mm seals at %d of %d places on its surface, all with the "
+                    "object's centre more than %.0f mm off the line of pull",
+                    radius, sealed_, places_, 1e3 * mostAside());
+    } else {
+      std::snprintf(text, sizeof(text),
+                    "a cup of radius %.0f mm could hold it at %d of %d places on its surface, but "
+                    "the hand is in the way",
+                    radius, balanced_, places_);
+    }
     return text;
   }
 

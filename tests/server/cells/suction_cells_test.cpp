@@ -83,8 +83,8 @@ TEST(SuctionFailure, SaysWhyACupHoldsTheObjectNowhere) {
   ASSERT_NE(failed, nullptr);
   EXPECT_EQ(failed->reason, FailureReason::kNoGrasp);
   EXPECT_THAT(failed->explanation.text,
-              testing::HasSubstr("cup_a/arm has no grasp that fits: of "));
-  EXPECT_THAT(failed->explanation.text, testing::HasSubstr("a cup of radius 20 mm seals at 0"));
+              testing::HasSubstr("cup_a/arm has no grasp that fits: a cup of radius 20 mm seals at "
+                                 "none of 1500 places"));
 }
 
 }  // namespace

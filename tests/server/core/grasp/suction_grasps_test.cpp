@@ -58,7 +58,8 @@ TEST(SuctionGrasps, OfABoxAreOnAllSixFacesFarEnoughFromTheEdges) {
     const double above = std::abs(p[axis]) - half[axis];
     EXPECT_NEAR(above, kCupGap, 6e-5);  // this cup's lip is at the tool's origin
     for (int other = 0; other < 3; ++other) {
-      if (other != axis) EXPECT_LE(std::abs(p[other]), half[other] - kRadius + 2e-6);
+      if (other == axis) continue;
+      EXPECT_LE(std::abs(p[other]), half[other] - kRadius + 2e-6);
     }
     ASSERT_EQ(grasp.contacts.size(), 1u);
     EXPECT_EQ(grasp.contacts[0].link, "cup");
@@ -101,8 +102,18 @@ TEST(SuctionGrasps, ComeInFourRolls) {
 TEST(SuctionGrasps, OfASmallSphereAreNoneAndTheSetSaysWhy) {
   const GraspSet set = graspsOf(sphereObject(0.02));
   EXPECT_TRUE(set.grasps.empty());
-  EXPECT_THAT(set.none_because, testing::HasSubstr("a cup of radius 15 mm seals at 0"));
+  EXPECT_THAT(set.none_because, testing::HasSubstr("a cup of radius 15 mm seals at none of"));
   EXPECT_THAT(set.none_because, testing::HasSubstr("bends by more than 1.5 mm"));
+}
+
+TEST(SuctionGrasps, OfABodyWhoseFlatPatchesAreFarFromItsCentreAreNone) {
+  // A ball of 80 mm at a bar with a flat foot, 70 mm beside the centre.
+  SceneObject spoon = parts({{{0.07, 0, 0}, {0.05, 0.05, 0.002}},  // the foot
+                             {{0.04, 0, 0}, {0.04, 0.002, 0.002}}});
+  spoon.shapes.push_back(sphereObject(0.04).shapes.front());
+  const GraspSet set = graspsOf(spoon);
+  EXPECT_TRUE(set.grasps.empty());
+  EXPECT_THAT(set.none_because, testing::HasSubstr("more than 30 mm off the line of pull"));
 }
 
 TEST(SuctionGrasps, OfALargeSphereHoldUpToATenthOfTheRadius) {
