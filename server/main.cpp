@@ -130,6 +130,11 @@ int checkEvery(const Options& options) {
   return faults.empty() ? kExitDone : kExitConfiguration;
 }
 
+/// Every help text ends with an example and the exit codes.
+void addFooter(CLI::App& app, const std::string& example, const std::string& exit_codes) {
+  app.footer("Example: " + example + "\nExit codes: " + exit_codes);
+}
+
 int run(int argc, char** argv) {
   CLI::App app{"Answers handover requests over DDS.", "handoverd"};
   app.set_version_flag("--version", std::string("handoverd ") + HANDOVER_VERSION);
@@ -138,26 +143,46 @@ int run(int argc, char** argv) {
   Options options;
   const auto shared = [&options](CLI::App& command) {
     command.add_option("--cell", options.cells, "Cell of config/cells, or file; may repeat")
-        ->allow_extra_args(false);
-    command.add_option("--root", options.root, "Folder that holds config/ and robots/");
+        ->allow_extra_args(false)
+        ->type_name("NAME|FILE");
+    command
+        .add_option("--root", options.root,
+                    "Folder that holds config/ and robots/ (default: HANDOVER_ROOT, else the "
+                    "installed share, else the repository)")
+        ->type_name("DIR");
   };
   const auto check_domain = [](const std::string& text) -> std::string {
     return parseDomain(text) ? "" : "must be a number from 0 to 232";
   };
   auto* serve_command = app.add_subcommand("serve", "Serve requests until SIGTERM or SIGINT");
   shared(*serve_command);
-  serve_command->add_option("--config", options.config, "Settings file");
+  serve_command->add_option("--config", options.config, "Settings file")->type_name("FILE");
   serve_command
       ->add_option("--domain", options.domain, "DDS domain (default: HANDOVER_DOMAIN, else 0)")
-      ->check(check_domain);
-  serve_command->add_option("--threads", options.threads, "Workers")->check(CLI::Range(1, 64));
+      ->check(check_domain)
+      ->type_name("NUMBER");
+  serve_command
+      ->add_option("--threads", options.threads, "Requests planned at the same time, 1 to 64")
+      ->check(CLI::Range(1, 64))
+      ->type_name("NUMBER");
   auto* prepare = app.add_subcommand("prepare", "Build maps and grasp sets that are missing");
   shared(*prepare);
-  prepare->add_option("--config", options.config, "Settings file");
+  prepare->add_option("--config", options.config, "Settings file")->type_name("FILE");
   prepare->add_flag("--force", options.force, "Build all of them anew");
   auto* check = app.add_subcommand("check", "List every fault of cell, robot and settings files");
-  check->add_option("FILE", options.files, "Files")->required();
-  check->add_option("--root", options.root, "Folder that holds config/ and robots/");
+  check->add_option("FILE", options.files, "Files")->required()->type_name("FILE");
+  check->add_option("--root", options.root, "Folder that holds config/ and robots/")
+      ->type_name("DIR");
+
+  const std::string start_codes = "2 usage, 3 configuration";
+  addFooter(app, "handoverd serve --cell butler",
+            "0 done, 1 internal error, " + start_codes + ", 4 DDS.");
+  addFooter(*serve_command, "handoverd serve --cell butler --domain 7",
+            "0 stopped by a signal, 1 internal error, " + start_codes + ", 4 DDS.");
+  addFooter(*prepare, "handoverd prepare --cell butler --cell stool",
+            "0 all is there, 1 internal error, " + start_codes + ".");
+  addFooter(*check, "handoverd check config/cells/butler.yaml robots/hubo/hubo.yaml",
+            "0 no faults, 1 internal error, 2 usage, 3 faults (a line each).");
 
   try {
     app.parse(argc, argv);

@@ -136,6 +136,9 @@ int run(int argc, char** argv) {
   app.add_option("--run", only, "This run alone, by its index");
   app.add_flag("--again", again, "Pass over runs that the planner solves now");
   app.add_option("--root", root, "Where config/ and robots/ are");
+  app.footer(
+      "Example: dense_search e.json --run 17\n"
+      "Exit codes: 0 all was looked at, 1 unreadable input, above 100 usage.");
   CLI11_PARSE(app, argc, argv);
 
   const Json experiment = readExperiment(file);

@@ -62,16 +62,21 @@ int run(int argc, char** argv) {
   std::string root, output, search = "wide", mode = "first";
   std::vector<std::string> sets;
   int runs = 1;
-  app.add_option("--cell", request.cell)->required();
-  app.add_option("--task", request.task);
-  app.add_option("--chain", request.chain)->delimiter(',');
-  app.add_option("--set", sets);
-  app.add_option("--seed", request.seed);
-  app.add_option("--search", search);
-  app.add_option("--mode", mode);
-  app.add_option("--runs", runs);
-  app.add_option("--root", root);
-  app.add_option("--output", output);
+  app.add_option("--cell", request.cell, "Cell of config/cells, or file")->required();
+  app.add_option("--task", request.task, "Task of the cell (default: its first)");
+  app.add_option("--chain", request.chain,
+                 "Holders in order, A[/arm],B[/arm],... (default: the task's)")
+      ->delimiter(',');
+  app.add_option("--set", sets, "PATH=VALUE: change the cell; may repeat");
+  app.add_option("--seed", request.seed, "Same scene, request and seed: same plan");
+  app.add_option("--search", search, "paper or wide (default)");
+  app.add_option("--mode", mode, "first (default), best or all");
+  app.add_option("--runs", runs, "How often the same is planned");
+  app.add_option("--root", root, "Folder that holds config/ and robots/");
+  app.add_option("--output", output, "Write the plan file of the last run");
+  app.footer(
+      "Example: plan_offline --cell butler --runs 10 --output plan.json\n"
+      "Exit codes: 0 planned or not, 1 unreadable input, above 100 usage.");
   CLI11_PARSE(app, argc, argv);
   request.search = fromString<SearchWidth>(search).value_or(SearchWidth::kWide);
   request.mode = fromString<SearchMode>(mode).value_or(SearchMode::kFirst);
