@@ -45,7 +45,7 @@ struct Options {
   std::vector<std::string> files;
   std::string config, domain, root;
   std::optional<int> threads;
-  bool force = false;
+  bool force = false, scene = false, json = false;
 };
 
 /// The settings file with what the command line says over it.
@@ -98,11 +98,15 @@ class ProgressBar {
   std::string last_ HANDOVER_GUARDED_BY(mutex_);
 };
 
+int notBuiltYet(const std::string& what) {
+  std::cerr << "handoverd: not built yet: " << what << std::endl;
+  return kExitConfiguration;
+}
+
 int serve(const Options& options) {
   const Setup setup = setUp(options);
   if (setup.settings.transport != "loopback") {
-    std::cerr << "handoverd: not built yet: transport " << setup.settings.transport << std::endl;
-    return kExitConfiguration;
+    return notBuiltYet("transport " + setup.settings.transport);
   }
   const StopSignals signals;  // before the first thread
   ProgressBar bar;
@@ -124,6 +128,8 @@ int prepareFiles(const Options& options) {
 }
 
 int checkEvery(const Options& options) {
+  if (options.scene) return notBuiltYet("check --scene");
+  if (options.json) return notBuiltYet("check --json");
   const std::vector<std::filesystem::path> files(options.files.begin(), options.files.end());
   const auto faults = checkFiles(files, findRoot(options.root));
   for (const auto& fault : faults) std::cout << fault.text() << '\n';
@@ -174,6 +180,12 @@ int run(int argc, char** argv) {
   check->add_option("--root", options.root, "Folder that holds config/ and robots/")
       ->type_name("DIR");
 
+  check->add_flag("--scene", options.scene,
+                  "What touches, floats, is out of reach (not built yet)");
+  check->add_flag("--json", options.json, "The faults as JSON (not built yet)");
+  auto* adopt = app.add_subcommand("adopt", "Make a robot of ours of a URDF (not built yet)");
+  adopt->prefix_command();
+
   const std::string start_codes = "2 usage, 3 configuration";
   addFooter(app, "handoverd serve --cell butler",
             "0 done, 1 internal error, " + start_codes + ", 4 DDS.");
@@ -195,6 +207,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitDone : kExitUsage;
   }
+  if (adopt->parsed()) return notBuiltYet("adopt");
   if (check->parsed()) return checkEvery(options);
   if (prepare->parsed()) return prepareFiles(options);
   return serve(options);

@@ -2,6 +2,7 @@
 #include "settings/cell_overrides.hpp"
 
 #include <algorithm>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -22,17 +23,29 @@ std::vector<std::string> splitPath(const std::string& path) {
   return keys;
 }
 
+std::string unknownPath(const std::string& why, const std::string& nearest) {
+  return "unknown path" + why +
+         (nearest.empty() ? "" : "; the nearest known one is '" + nearest + "'");
+}
+
 /// What is wrong with the path before anything is set; empty if nothing.
 std::string pathFault(const YamlNode& document, const std::vector<std::string>& keys) {
   const bool blank = std::any_of(keys.begin(), keys.end(), [](const auto& k) { return k.empty(); });
   if (blank || keys.size() > kMaxDepth) return "unknown path";
   const std::string& part = keys[0];
   if (part == "version" || part == "name" || part == "vary") return "cannot be overridden";
-  if (part != "robots" && part != "objects" && part != "tasks") return "unknown path";
+  const std::set<std::string> parts{"objects", "robots", "tasks"};
+  if (!parts.contains(part)) return unknownPath("", nearestOf(parts, part));
   if (keys.size() < 2) return "names no entry of " + part;
   const YamlNode* entries = document.find(part);
   if (entries != nullptr && entries->find(keys[1]) != nullptr) return "";
-  return "unknown path: no '" + keys[1] + "' in " + part;
+  std::set<std::string> names;
+  if (entries != nullptr) {
+    for (const YamlNode& name : entries->keys) names.insert(name.text);
+  }
+  const std::string nearest = nearestOf(names, keys[1]);
+  return unknownPath(": no '" + keys[1] + "' in " + part,
+                     nearest.empty() ? "" : part + "." + nearest);
 }
 
 /// Sets keys[at...] below `node`; false if a key cannot lead on.

@@ -56,7 +56,8 @@ std::size_t editDistance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-/// Of some words, the one most like another, ties by order; empty if there are none.
+}  // namespace
+
 std::string nearestOf(const std::set<std::string>& words, const std::string& word) {
   const auto nearest =
       std::min_element(words.begin(), words.end(), [&](const std::string& a, const std::string& b) {
@@ -64,8 +65,6 @@ std::string nearestOf(const std::set<std::string>& words, const std::string& wor
       });
   return nearest == words.end() ? "" : *nearest;
 }
-
-}  // namespace
 
 void YamlReport::add(const std::string& path, std::string message) {
   faults_.push_back({path, lineOf(path), oneLine(std::move(message))});

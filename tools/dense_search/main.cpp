@@ -138,8 +138,12 @@ int run(int argc, char** argv) {
   app.add_option("--root", root, "Where config/ and robots/ are");
   app.footer(
       "Example: dense_search e.json --run 17\n"
-      "Exit codes: 0 all was looked at, 1 unreadable input, above 100 usage.");
-  CLI11_PARSE(app, argc, argv);
+      "Exit codes: 0 all was looked at, 1 unreadable input, 2 usage.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
 
   const Json experiment = readExperiment(file);
   const std::string cell = experiment.at("cell");

@@ -27,13 +27,15 @@ class AnswerSink : public PlanEventSink {
   std::uint32_t sequence_ = 0;
 };
 
-double planOnce(CellService& service, const PlanRequest& request, AnswerSink& sink) {
+/// @param status  of the program.   @return the seconds that it took.
+double planOnce(CellService& service, const PlanRequest& request, AnswerSink& sink, int& status) {
   const auto begin = std::chrono::steady_clock::now();
   const Deadline deadline;
   sink.emit(Accepted{});
   Outcome outcome = service.plan(request, sink, deadline);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   if (const auto* failed = std::get_if<Failed>(&outcome)) {
+    status = 10;
     std::printf("failed: %s: %s\n", toString(failed->reason), failed->explanation.text.c_str());
     for (const CauseCount& cause : failed->explanation.causes) {
       const StageRef stage = cause.stage.value_or(StageRef{});
@@ -43,6 +45,7 @@ double planOnce(CellService& service, const PlanRequest& request, AnswerSink& si
     }
   }
   if (const auto* rejected = std::get_if<Rejected>(&outcome)) {
+    status = 12;
     for (const Fault& fault : rejected->faults) {
       std::printf("rejected: %s: %s\n", fault.field.c_str(), fault.message.c_str());
     }
@@ -69,15 +72,21 @@ int run(int argc, char** argv) {
       ->delimiter(',');
   app.add_option("--set", sets, "PATH=VALUE: change the cell; may repeat");
   app.add_option("--seed", request.seed, "Same scene, request and seed: same plan");
-  app.add_option("--search", search, "paper or wide (default)");
-  app.add_option("--mode", mode, "first (default), best or all");
+  app.add_option("--search", search, "paper or wide (default)")
+      ->check(CLI::IsMember({"paper", "wide"}));
+  app.add_option("--mode", mode, "first (default), best or all")
+      ->check(CLI::IsMember({"first", "best", "all"}));
   app.add_option("--runs", runs, "How often the same is planned");
   app.add_option("--root", root, "Folder that holds config/ and robots/");
   app.add_option("--output", output, "Write the plan file of the last run");
   app.footer(
       "Example: plan_offline --cell butler --runs 10 --output plan.json\n"
-      "Exit codes: 0 planned or not, 1 unreadable input, above 100 usage.");
-  CLI11_PARSE(app, argc, argv);
+      "Exit codes: 0 planned, 1 unreadable input, 2 usage, 10 no plan, 12 rejected.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
   request.search = fromString<SearchWidth>(search).value_or(SearchWidth::kWide);
   request.mode = fromString<SearchMode>(mode).value_or(SearchMode::kFirst);
   for (const std::string& set : sets) {
@@ -89,12 +98,13 @@ int run(int argc, char** argv) {
   };
   CellService service(findRoot(root), {request.cell}, cacheFolder(""), progress, false);
   service.prepare(Deadline{});
+  int status = 0;
   for (int i = 0; i < runs; ++i) {
     AnswerSink sink;
-    std::printf("%.1f ms\n", 1e3 * planOnce(service, request, sink));
+    std::printf("%.1f ms\n", 1e3 * planOnce(service, request, sink, status));
     if (!output.empty() && sink.answer.writable()) std::ofstream(output) << sink.answer.text();
   }
-  return 0;
+  return status;
 }
 
 }  // namespace handover

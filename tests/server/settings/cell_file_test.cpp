@@ -297,8 +297,10 @@ INSTANTIATE_TEST_SUITE_P(
                 "rpy_deg"},
         BadCell{"vary_sizes", "[2, 0.5, 0]]", "[2, 0.5]]",
                 "41: vary.robots.right.base.xyz.range: must have two ends of the same size"},
-        BadCell{"vary_path", "objects.cup.geometry.radius: {", "objects.cap.geometry.radius: {",
-                "43: vary.objects.cap.geometry.radius: unknown path: no 'cap' in objects"},
+        BadCell{
+            "vary_path", "objects.cup.geometry.radius: {", "objects.cap.geometry.radius: {",
+            "43: vary.objects.cap.geometry.radius: unknown path: no 'cap' in objects; the nearest "
+            "known one is 'objects.cup'"},
         BadCell{"vary_value", "choices: [0.03, 0.04]", "choices: [0.03, -1]",
                 "43: vary.objects.cup.geometry.radius: must be within 1e-06 and 1000, not '-1'"},
         BadCell{"vary_order", "[2, 0.5, 0]]", "[2, -1, 0]]",

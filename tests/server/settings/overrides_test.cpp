@@ -110,8 +110,12 @@ TEST_F(Overrides, AreRefusedWhenUnknown) {
     EXPECT_THAT(faults[0], ::testing::StartsWith(std::string(path) + ": "));
     EXPECT_THAT(faults[0], ::testing::HasSubstr("unknown ")) << path;
   }
-  EXPECT_THAT(faultsOf({{"robots.nobody.base.xyz", "[0, 0, 0]"}}),
-              ElementsAre("robots.nobody.base.xyz: unknown path: no 'nobody' in robots"));
+  EXPECT_THAT(
+      faultsOf({{"robots.rigth.base.xyz", "[0, 0, 0]"}}),
+      ElementsAre("robots.rigth.base.xyz: unknown path: no 'rigth' in robots; the nearest known "
+                  "one is 'robots.right'"));
+  EXPECT_THAT(faultsOf({{"robot.right.base.xyz", "[0, 0, 0]"}}),
+              ElementsAre("robot.right.base.xyz: unknown path; the nearest known one is 'robots'"));
   EXPECT_THAT(faultsOf({{"version", "1"}}), ElementsAre("version: cannot be overridden"));
   EXPECT_THAT(faultsOf({{"robots", "{}"}}), ElementsAre("robots: names no entry of robots"));
 }
