@@ -184,7 +184,7 @@ int run(int argc, char** argv) {
                   "What touches, floats, is out of reach (not built yet)");
   check->add_flag("--json", options.json, "The faults as JSON (not built yet)");
   auto* adopt = app.add_subcommand("adopt", "Make a robot of ours of a URDF (not built yet)");
-  adopt->prefix_command();
+  adopt->fallthrough(false)->allow_extras();
 
   const std::string start_codes = "2 usage, 3 configuration";
   addFooter(app, "handoverd serve --cell butler",

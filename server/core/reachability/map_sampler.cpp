@@ -17,9 +17,9 @@ constexpr std::uint64_t kPilot = 20'000;
 constexpr double kMostDisagreement = 0.02;
 // Extra samples: the first joint goes round for each draw of the others, so many steps; so many
 // draws in a pass. After each pass many a tie is decided, and needs no more.
-constexpr int kRing = 16;
-constexpr std::uint64_t kRings = 50'000;
-constexpr std::uint64_t kPasses = 8;
+constexpr int kRing = 32;
+constexpr std::uint64_t kRings = 100'000;
+constexpr std::uint64_t kPasses = 24;
 // Voxels with fewer samples say too little about how samples scatter.
 constexpr std::uint32_t kEnoughForDeviation = 20;
 
@@ -43,25 +43,72 @@ double relativeDeviation(const VoxelGatherer& gatherer) {
   return voxels == 0 ? 1 : std::sqrt(sum / static_cast<double>(voxels));
 }
 
-/// Moves of an arm's first joint, in A: all else of the arm goes with it as one.
-class FirstJoint {
- public:
-  FirstJoint(const RobotModel& model, const Arm& arm)
-      : joint_(model.joints[static_cast<std::size_t>(arm.joints.front())]) {}
-
-  /// From position `from` to `to` of the joint.
-  Pose move(double from, double to) const {
+/// An arm's first joint going round in even steps over its range, in A: all else of the arm goes
+/// with it as one.
+std::vector<Pose> roundOf(const Joint& joint, double range) {
+  std::vector<Pose> moves;
+  for (int step = 0; step < kRing; ++step) {
+    const double by = range * step / kRing;
     Pose along = Pose::Identity();
-    if (joint_.type == JointType::kRevolute) {
-      along.linear() = Eigen::AngleAxisd(to - from, joint_.axis).toRotationMatrix();
+    if (joint.type == JointType::kRevolute) {
+      along.linear() = Eigen::AngleAxisd(by, joint.axis).toRotationMatrix();
     } else {
-      along.translation() = (to - from) * joint_.axis;
+      along.translation() = by * joint.axis;
     }
-    return joint_.X_PJ * along * joint_.X_PJ.inverse();
+    moves.push_back(joint.X_PJ * along * joint.X_PJ.inverse());
+  }
+  return moves;
+}
+
+/// Which rounds of the first joint can come to a wanted voxel: by the tool's distance from its axis
+/// and its height along it, which stay as they are all round. A sliding joint's: any.
+class RoundFilter {
+ public:
+  RoundFilter(const Joint& joint, double reach, double voxel)
+      : turns_(joint.type == JointType::kRevolute),
+        origin_(joint.X_PJ.translation()),
+        axis_(joint.X_PJ.linear() * joint.axis),
+        voxel_(voxel),
+        half_(static_cast<int>(2 * reach / voxel) + 4),
+        cells_(static_cast<std::size_t>(2 * half_) * static_cast<std::size_t>(half_), false) {}
+
+  void want(const Eigen::Vector3d& centre) {
+    const auto [distance, height] = placeOf(centre);
+    // Half of a voxel's diagonal is less than an edge.
+    for (int d = -1; d <= 1; ++d) {
+      for (int h = -1; h <= 1; ++h) {
+        const int cell = cellAt(distance + d, height + h);
+        if (cell >= 0) cells_[static_cast<std::size_t>(cell)] = true;
+      }
+    }
+  }
+
+  bool mayHit(const Eigen::Vector3d& p_A) const {
+    if (!turns_) return true;
+    const auto [distance, height] = placeOf(p_A);
+    const int cell = cellAt(distance, height);
+    return cell >= 0 && cells_[static_cast<std::size_t>(cell)];
   }
 
  private:
-  const Joint& joint_;
+  /// In edges, rounded down.
+  std::pair<int, int> placeOf(const Eigen::Vector3d& p_A) const {
+    const Eigen::Vector3d p = p_A - origin_;
+    const double height = axis_.dot(p);
+    return {static_cast<int>(std::sqrt(std::max(0.0, p.squaredNorm() - height * height)) / voxel_),
+            static_cast<int>(std::floor(height / voxel_))};
+  }
+
+  int cellAt(int distance, int height) const {
+    if (distance < 0 || distance >= half_ || height < -half_ || height >= half_) return -1;
+    return (height + half_) * half_ + distance;
+  }
+
+  bool turns_;
+  Eigen::Vector3d origin_, axis_;
+  double voxel_;
+  int half_;
+  std::vector<bool> cells_;
 };
 
 }  // namespace
@@ -102,12 +149,6 @@ MapSampler::MapSampler(const RobotModel& model, const RobotVector& q_torso,
 
 bool MapSampler::touches(std::size_t arm, const ArmVector& q) const {
   return !self_collision_.empty() && self_collision_[arm] && self_collision_[arm](q);
-}
-
-bool MapSampler::free(const Family& family, const ArmVector& q) const {
-  return std::none_of(family.members.begin(), family.members.end(), [&](const Member& member) {
-    return touches(member.arm, member.mirror ? member.mirror->image(q) : q);
-  });
 }
 
 std::string MapSampler::shapesDiffer(std::size_t arm, const Member& image) const {
@@ -173,7 +214,7 @@ std::optional<Error> MapSampler::sampleAll(Family& family, const std::function<v
       done(static_cast<double>(sample) / static_cast<double>(params_.samples));
     }
     const ArmVector q = draw(first(family), sample);
-    if (!free(family, q)) continue;
+    if (touches(first(family), q)) continue;
     family.gatherer.add(sampleAt(first(family), q));
     ++family.accepted;
   }
@@ -224,37 +265,42 @@ void MapSampler::findNearTies() {
 
 std::optional<Error> MapSampler::refine(Family& family, std::uint64_t pass,
                                         const Deadline& deadline) {
-  const auto wanted = [&](std::int32_t voxel) {
-    if (voxel < 0) return false;
-    const auto v = static_cast<std::size_t>(voxel);
-    return family.near_tie[v] && family.gatherer.voxels()[v].samples < params_.tie_samples;
-  };
-  std::size_t missing = 0;
-  for (std::size_t v = 0; v < family.near_tie.size(); ++v) {
-    missing += wanted(static_cast<std::int32_t>(v)) ? 1 : 0;
-  }
   const std::size_t arm = first(family);
-  const FirstJoint joint(model_, model_.arms[arm]);
-  const double lower = arms_[arm].lower()[0], range = arms_[arm].upper()[0] - lower;
+  const double range = arms_[arm].upper()[0] - arms_[arm].lower()[0];
+  const Joint& joint = model_.joints[static_cast<std::size_t>(model_.arms[arm].joints.front())];
+  const std::vector<Pose> moves = roundOf(joint, range);
+  RoundFilter filter(joint, arms_[arm].reach(), params_.voxel);
+  std::vector<std::uint32_t> wanted(family.near_tie.size(), 0);  // samples that a voxel still needs
+  std::size_t missing = 0;
+  for (std::size_t v = 0; v < wanted.size(); ++v) {
+    const std::uint32_t samples = family.gatherer.voxels()[v].samples;
+    if (!family.near_tie[v] || samples >= params_.tie_samples) continue;
+    wanted[v] = params_.tie_samples - samples;
+    filter.want(family.gatherer.centre(v));
+    ++missing;
+  }
   for (std::uint64_t ring = 0; ring < kRings && missing > 0; ++ring) {
     if (ring % kBlock == 0) {
       if (auto error = stopped(deadline)) return error;
     }
-    const MapSample drawn = sampleAt(arm, draw(arm, params_.samples + pass * kRings + ring));
-    // The drawn position of the first joint says where within a step the steps begin: each of them
-    // is uniform.
-    const double begin = std::fmod(drawn.q[0] - lower, range / kRing);
-    for (int step = 0; step < kRing; ++step) {
-      MapSample sample = drawn;
-      sample.q[0] = lower + begin + range * step / kRing;
-      const Pose moved = joint.move(drawn.q[0], sample.q[0]);
-      sample.p_A = moved * drawn.p_A;
-      const std::int32_t voxel = family.gatherer.find(sample.p_A);
-      if (!wanted(voxel) || !free(family, sample.q)) continue;
-      sample.approach_A = moved.linear() * drawn.approach_A;
+    // The position drawn for the first joint says where within a step the round begins: each of its
+    // positions is uniform over the range then.
+    ArmVector q = draw(arm, params_.samples + pass * kRings + ring);
+    q[0] = arms_[arm].lower()[0] + (q[0] - arms_[arm].lower()[0]) / kRing;
+    const Pose X_AT = arms_[arm].toolPose(q);
+    if (!filter.mayHit(X_AT.translation())) continue;
+    std::optional<MapSample> begin;  // what of it stays the same all round, once it is needed
+    for (std::size_t step = 0; step < moves.size(); ++step) {
+      const Eigen::Vector3d p_A = moves[step] * X_AT.translation();
+      const std::int32_t voxel = family.gatherer.find(p_A);
+      if (voxel < 0 || wanted[static_cast<std::size_t>(voxel)] == 0) continue;
+      if (!begin) begin = sampleAt(arm, q);
+      MapSample sample{p_A, moves[step].linear() * begin->approach_A, begin->manipulability, q};
+      sample.q[0] += range * static_cast<double>(step) / kRing;
+      if (touches(arm, sample.q)) continue;
       family.gatherer.add(sample);
       ++family.accepted;
-      if (!wanted(voxel)) --missing;
+      if (--wanted[static_cast<std::size_t>(voxel)] == 0) --missing;
     }
   }
   return std::nullopt;

@@ -48,8 +48,6 @@ class MapSampler {
   };
 
   bool touches(std::size_t arm, const ArmVector& q) const;
-  /// Free of self-collision for every member.
-  bool free(const Family& family, const ArmVector& q) const;
 
   std::size_t first(const Family& family) const { return family.members.front().arm; }
 

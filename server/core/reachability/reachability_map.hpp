@@ -69,9 +69,9 @@ class ReachabilityMap {
   /// Samples and writes the maps of all arms of a robot, each to a temporary name, synced, then
   /// renamed; missing folders are made. The bytes depend on the arguments alone.
   /// Arms that are mirror images (findArmMirror) and whose self-collision tests tell the same of
-  /// all but 2 % of mirrored samples share one map: a sample counts where no image of it touches,
-  /// so that mirrored voxels have equal entries. Then voxels where two arms are about as good are
-  /// sampled further (ReachabilityParams).
+  /// all but 2 % of mirrored samples share one map: that of the first, mirrored, so that mirrored
+  /// voxels have equal entries. Then voxels where two arms are about as good are sampled further
+  /// (ReachabilityParams).
   /// @param self_collision  one per arm, or none.   @param files  one per arm.
   /// @return per arm what was made; kInvalidInput for a voxel size or sample count without sense,
   /// kCancelled, kDeadline or kIo; a file is then left as it was or is whole.
