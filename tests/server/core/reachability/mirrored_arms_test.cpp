@@ -269,7 +269,7 @@ TEST_P(ShippedMaps, HaveEnoughSamplesWhereTheChoiceIsClose) {
     few += a->samples < params_.tie_samples ? 1 : 0;
   });
   EXPECT_GT(close, 50u);
-  // What fell short is at the very edge of the reach, and counted.
+  // What fell short is entered too rarely, and counted.
   EXPECT_LE(few, reports_[0].near_ties_short);
   EXPECT_LT(static_cast<double>(few), 0.1 * static_cast<double>(close));
 }
