@@ -302,36 +302,45 @@ bool ChainSearch::tryPose(std::size_t handover, Node& node, const Pose& X_WH,
   TransportTuple tuple = node.tuple;
   tuple.X_WH[handover] = X_WH;
   tuple.holders[handover + 1].take = received;
-  if (handover > 0) {
-    std::vector<const FeasibleGrasp*> gives;
-    for (const FeasibleGrasp& given : give.kept) gives.push_back(&given);
-    std::stable_sort(gives.begin(), gives.end(), [](const auto* a, const auto* b) {
-      return a->manipulability > b->manipulability;
-    });
-    if (gives.size() > settings_.inner_gives) {
-      gives.resize(settings_.inner_gives);
-      state_.counts.cut = true;
-    }
-    std::size_t followed = 0;
-    for (const FeasibleGrasp* given : gives) {
-      if (followed == settings_.inner_tuples) {
-        state_.counts.cut = true;
-        break;
-      }
-      Node inner{tuple, given, X_WH, nullptr};
-      inner.tuple.holders[handover].give = *given;
-      if (!motions_.handsMeet(handover, inner.tuple)) {
-        rejects_.add(Cause::kHandsMeet);
-        continue;
-      }
-      ++followed;
-      if (searchInner(handover - 1, inner)) return true;
-      bool pose_dropped = false;
-      if (spent() || state_.over()) return false;
-      if (backOut(handover, pose_dropped) && pose_dropped) return false;
-    }
-    return false;
+  if (handover > 0) return followInner(handover, tuple, give);
+  return connectFirst(tuple, give);
+}
+
+/// The handovers before this one, for the best of the giver's grasps here.
+bool ChainSearch::followInner(std::size_t handover, const TransportTuple& tuple,
+                              const PrunedGrasps& give) {
+  std::vector<const FeasibleGrasp*> gives;
+  for (const FeasibleGrasp& given : give.kept) gives.push_back(&given);
+  std::stable_sort(gives.begin(), gives.end(), [](const auto* a, const auto* b) {
+    return a->manipulability > b->manipulability;
+  });
+  if (gives.size() > settings_.inner_gives) {
+    gives.resize(settings_.inner_gives);
+    state_.counts.cut = true;
   }
+  std::size_t followed = 0;
+  for (const FeasibleGrasp* given : gives) {
+    if (followed == settings_.inner_tuples) {
+      state_.counts.cut = true;
+      return false;
+    }
+    Node inner{tuple, given, tuple.X_WH[handover], nullptr};
+    inner.tuple.holders[handover].give = *given;
+    if (!motions_.handsMeet(handover, inner.tuple)) {
+      rejects_.add(Cause::kHandsMeet);
+      continue;
+    }
+    ++followed;
+    if (searchInner(handover - 1, inner)) return true;
+    if (spent() || state_.over()) return false;
+    bool pose_dropped = false;
+    if (backOut(handover, pose_dropped) && pose_dropped) return false;
+  }
+  return false;
+}
+
+/// All else is settled: the first holder's grasps, each with its motions.
+bool ChainSearch::connectFirst(TransportTuple tuple, const PrunedGrasps& give) {
   state_.counts.tuples += static_cast<std::uint32_t>(give.kept.size());
   std::vector<TransportTuple> tuples;
   for (const FeasibleGrasp& given : give.kept) {
@@ -344,7 +353,7 @@ bool ChainSearch::tryPose(std::size_t handover, Node& node, const Pose& X_WH,
   }
   const bool solved = tryTuples(std::move(tuples), settings_.tuples_per_pose);
   bool pose_dropped = false;
-  backOut(handover, pose_dropped);
+  backOut(0, pose_dropped);
   return solved;
 }
 

@@ -111,6 +111,8 @@ class ChainSearch {
   bool crowded(const Eigen::Vector3d& p_W) const;
   bool searchInner(std::size_t handover, Node& node);
   bool tryPose(std::size_t handover, Node& node, const Pose& X_WH, HandoverCandidates& counts);
+  bool followInner(std::size_t handover, const TransportTuple& tuple, const PrunedGrasps& give);
+  bool connectFirst(TransportTuple tuple, const PrunedGrasps& give);
   bool tryTuples(std::vector<TransportTuple> tuples, std::size_t most);
   bool backOut(std::size_t handover, bool& pose_dropped);
   void countFailure(const MotionFailure& failure);
