@@ -81,6 +81,10 @@ const ArmVector& ArmKinematics::velocity() const { return data_->chain.velocity;
 
 const ArmVector& ArmKinematics::acceleration() const { return data_->chain.acceleration; }
 
+bool ArmKinematics::mayReach(const Pose& X_AT) const {
+  return !data_->srs || data_->srs->mayReach(X_AT);
+}
+
 double ArmKinematics::reach() const { return data_->chain.reach(); }
 
 Eigen::Vector3d ArmKinematics::shoulder() const { return data_->p_AShoulder; }

@@ -57,6 +57,9 @@ class ArmKinematics {
   ArmJacobian jacobian(const ArmVector& q) const;
   /// handover::manipulability of the Jacobian at q.
   double manipulability(const ArmVector& q) const;
+  /// False: no configuration puts T there, whatever the joint limits, as its distance alone tells;
+  /// true where there is no closed form. A hundredth of visit()'s work.
+  bool mayReach(const Pose& X_AT) const;
   /// No configuration within limits puts T farther than this from A's origin [m].
   double reach() const;
   /// The paper's shoulder, in A [m]: the settings' override, else where the first three axes meet,

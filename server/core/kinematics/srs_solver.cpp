@@ -149,6 +149,7 @@ std::optional<SrsSolver> SrsSolver::find(const Chain& chain) {
     return std::nullopt;  // the elbow does not change the distance
 
   solver.X_TA_home_ = chain.toolPose(ArmVector::Zero(7)).inverse();
+  solver.W_T_ = solver.X_TA_home_ * solver.W_;
   return solver;
 }
 
@@ -158,14 +159,26 @@ struct SrsSolver::Elbow {
   Vector3d back_z, back_y, back_x;  ///< the same turned back by joint 4
 };
 
+double SrsSolver::elbowCosine(double squared_distance) const {
+  return (0.5 * squared_distance - elbow_offset_) / elbow_amplitude_;
+}
+
+/// Where axes miss S and W the true arm may reach as much farther.
+double SrsSolver::elbowDoubt(double squared_distance) const {
+  if (mismatch_ < kExact) return 0;
+  return std::min(0.5, 4 * mismatch_ * std::sqrt(squared_distance) / elbow_amplitude_);
+}
+
+bool SrsSolver::mayReach(const Pose& X_AT) const {
+  const double squared_distance = (X_AT * W_T_ - S_).squaredNorm();
+  return std::abs(elbowCosine(squared_distance)) <= 1 + 1e-9 + elbowDoubt(squared_distance);
+}
+
 int SrsSolver::elbows(double squared_distance, std::array<Elbow, 2>& found) const {
-  double cosine = (0.5 * squared_distance - elbow_offset_) / elbow_amplitude_;
-  // Where axes miss S and W the true arm may reach as much farther. Newton decides, but cannot bend
-  // an arm that starts out straight: there it starts as bent as the doubt allows.
-  const double doubt =
-      mismatch_ < kExact
-          ? 0
-          : std::min(0.5, 4 * mismatch_ * std::sqrt(squared_distance) / elbow_amplitude_);
+  double cosine = elbowCosine(squared_distance);
+  // Newton decides in doubt, but cannot bend an arm that starts out straight: there it starts as
+  // bent as the doubt allows.
+  const double doubt = elbowDoubt(squared_distance);
   if (!(std::abs(cosine) <= 1 + 1e-12 + doubt)) return 0;
   cosine = std::clamp(cosine, -1 + doubt, 1 - doubt);
   const double angle = std::acos(cosine);

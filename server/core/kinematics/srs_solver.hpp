@@ -51,6 +51,8 @@ class SrsSolver {
   /// nullopt when the chain's axes do not lie as the closed form needs.
   static std::optional<SrsSolver> find(const Chain& chain);
 
+  /// As ArmKinematics::mayReach.
+  bool mayReach(const Pose& X_AT) const;
   /// As ArmKinematics::visit.
   IkCounts visit(const Chain& chain, const Pose& X_AT, const IkQuery& query,
                  const ArmVector& q_near, const ArmKinematics::Take& take) const;
@@ -66,6 +68,10 @@ class SrsSolver {
   /// False when the caller has had enough.
   bool visitBranches(const Elbow& elbow, const Swivel& swivel, const Call& call) const;
   int elbows(double squared_distance, std::array<Elbow, 2>& elbows) const;
+  /// Of the elbow's bend, for a distance from S to W: beyond 1, by more than the doubt, there is
+  /// none.
+  double elbowCosine(double squared_distance) const;
+  double elbowDoubt(double squared_distance) const;
 
   ThreeAxes shoulder_, wrist_;
   Eigen::Vector3d S_, W_;                  ///< at q = 0, in A
@@ -74,6 +80,7 @@ class SrsSolver {
   Eigen::Vector3d u1_;                     ///< first axis
   double elbow_offset_ = 0, elbow_amplitude_ = 0, elbow_phase_ = 0;
   Pose X_TA_home_;       ///< inverse of X_AT(0)
+  Eigen::Vector3d W_T_;  ///< W in T, wherever the arm is
   double mismatch_ = 0;  ///< by how much axes miss S or W [m]
 };
 

@@ -50,6 +50,21 @@ TEST_P(ClosedForm, SolvesWhatItReachesAndEveryAnswerIsRight) {
   RecordProperty("solved", solved);
 }
 
+TEST_P(ClosedForm, MayReachIsTrueOfEveryPoseReachedAndFalseOnlyWhereThereIsNoAnswer) {
+  RandomConfigurations configurations(arm_, 14);
+  int told = 0;
+  std::vector<ArmVector> out;
+  for (int k = 0; k < 2'000; ++k) {
+    Pose X_AT = arm_.toolPose(configurations.next());
+    EXPECT_TRUE(arm_.mayReach(X_AT));
+    X_AT.translation() += 0.6 * (X_AT.translation() - arm_.shoulder());
+    if (arm_.mayReach(X_AT)) continue;
+    ++told;
+    EXPECT_EQ(arm_.solve(X_AT, {}, out).solutions, 0u);
+  }
+  EXPECT_GT(told, 100);
+}
+
 TEST_P(ClosedForm, NeverAnswersAPoseOutOfReach) {
   RandomConfigurations configurations(arm_, 12);
   std::vector<ArmVector> out;
