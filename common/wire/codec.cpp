@@ -20,7 +20,7 @@ static_assert(alike(SearchWidth::kWide, msg::SEARCH_WIDE));
 static_assert(alike(Objective::kDexterity, msg::OBJECTIVE_DEXTERITY));
 static_assert(alike(TransportEnd::kHold, msg::END_HOLD));
 static_assert(alike(StageAction::kHome, msg::ACTION_HOME));
-static_assert(alike(Cause::kUnsupported, msg::CAUSE_UNSUPPORTED));
+static_assert(alike(Cause::kDeadline, msg::CAUSE_DEADLINE));
 static_assert(static_cast<std::uint32_t>(Cause::kNoIk) == msg::CAUSE_NO_IK);
 static_assert(alike(PruningPlace::kGoal, msg::PLACE_GOAL));
 static_assert(alike(FailureReason::kInternal, msg::REASON_INTERNAL));

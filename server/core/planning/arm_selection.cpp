@@ -9,19 +9,27 @@
 namespace handover {
 namespace {
 
+/// What IK says of an arm that the map does not know at a place.
+struct IkReach {
+  /// Of the first configuration that reaches a grasp of the object; nullopt: none does.
+  std::optional<double> manipulability;
+  bool proven = true;  ///< by a closed form, and for no grasp only beyond joint limits
+};
+
 /// What the map cannot know: it has holes where few samples fell, at the edge of the reach.
-/// The manipulability of the first configuration that reaches a grasp of the object; nullopt: none.
-std::optional<double> reachedByIk(const Manipulator& manipulator, const Pose& X_WO) {
-  std::optional<double> found;
+IkReach reachedByIk(const Manipulator& manipulator, const Pose& X_WO) {
+  IkReach reach;
+  reach.proven = manipulator.kinematics->closedForm();
   for (const Grasp& grasp : manipulator.grasps->grasps) {
-    manipulator.kinematics->visit(manipulator.worldToArm(X_WO * grasp.X_OT), IkQuery{},
-                                  [&](const ArmVector& q) {
-                                    found = manipulator.kinematics->manipulability(q);
-                                    return false;
-                                  });
-    if (found) break;
+    const IkCounts counts = manipulator.kinematics->visit(
+        manipulator.worldToArm(X_WO * grasp.X_OT), IkQuery{}, [&](const ArmVector& q) {
+          reach.manipulability = manipulator.kinematics->manipulability(q);
+          return false;
+        });
+    if (reach.manipulability) break;
+    if (counts.limits > 0) reach.proven = false;
   }
-  return found;
+  return reach;
 }
 
 /// The map's entry that ranks the arm; 0: not reached.
@@ -34,24 +42,25 @@ double mapEntry(const Manipulator& manipulator, const Pose& X_WO, SearchWidth se
   return entry;
 }
 
-/// Fills manipulability or the cause against the arm.
-void rate(const TransportProblem& problem, const ChainHolder& arm, const Pose& X_WO,
+/// Fills manipulability or the cause against the arm. @return whether that is proven.
+bool rate(const TransportProblem& problem, const ChainHolder& arm, const Pose& X_WO,
           ArmScore& score) {
   if (const auto unfit = unfitReason(problem, arm.robot, arm.arm)) {
     score.rejected = unfit->cause;
     score.object = unfit->object;
-    return;
+    return true;
   }
   const Manipulator manipulator = makeManipulator(problem, arm.robot, arm.arm);
   score.manipulability = mapEntry(manipulator, X_WO, problem.search);
-  if (score.manipulability > 0) return;
-  if (problem.search == SearchWidth::kWide) {
-    if (const auto reached = reachedByIk(manipulator, X_WO)) {
-      score.manipulability = *reached;
-      return;
-    }
-  }
+  if (score.manipulability > 0) return true;
   score.rejected = Cause::kNotInMap;
+  if (problem.search != SearchWidth::kWide) return false;
+  const IkReach reach = reachedByIk(manipulator, X_WO);
+  if (reach.manipulability) {
+    score.rejected = Cause::kUnspecified;
+    score.manipulability = *reach.manipulability;
+  }
+  return reach.proven;
 }
 
 /// Every arm of the robots that `which` allows, in order.
@@ -77,7 +86,7 @@ ArmRanking rankArms(const TransportProblem& problem, const std::optional<ChainHo
     ArmScore score;
     score.arm = {placed.name, placed.model->arms[static_cast<std::size_t>(arm.arm)].name};
     score.holder = static_cast<std::uint32_t>(holder);
-    rate(problem, arm, X_WO, score);
+    ranking.proven = rate(problem, arm, X_WO, score) && ranking.proven;
     const bool excluded = which && which->arm >= 0 && which->arm != arm.arm;
     if (excluded && score.rejected == Cause::kUnspecified) score.rejected = Cause::kExcluded;
     if (score.rejected == Cause::kUnspecified) ranking.arms.push_back({arm, score.manipulability});

@@ -16,6 +16,7 @@ struct RankedArm {
 struct ArmRanking {
   std::vector<RankedArm> arms;   ///< usable ones, best first, ties by robot and model order
   std::vector<ArmScore> scores;  ///< every arm of those robots, in that order
+  bool proven = true;            ///< no arm was left out by a sample alone: a map, a numeric IK
 };
 
 /// Ranks arms for an object pose. The paper looks up the object's origin; `wide` looks up the tool

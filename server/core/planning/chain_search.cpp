@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/planning/chain_search.hpp"
 
+#include "core/planning/plan_rules.hpp"
+
 #include <handover/common/check.hpp>
 #include <handover/common/random.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 namespace handover {
@@ -113,15 +116,80 @@ const PrunedGrasps& ChainSearch::pruned(std::size_t holder, PruningPlace place) 
   };
   entry->second = prune(settings_.pruning);
   if (state_.wide() && noneKept(sets)) entry->second = prune(settings_.thorough_pruning);
-  if (state_.over()) return entry->second;
+  if (entry->second.kept.empty()) fellAtEnd(place, entry->second);
+  if (state_.cancelled()) return entry->second;
   state_.sink.emit(GraspsPruned{
       arm, static_cast<std::uint32_t>(holder), place, entry->second.tested,
       static_cast<std::uint32_t>(entry->second.kept.size()), entry->second.rejects.counts()});
   return entry->second;
 }
 
+FarthestTool ChainSearch::toolOf(std::size_t holder, int grasp, const Pose& X_WO) const {
+  return {at(holder).name(), toValue(X_WO * at(holder).grasp(grasp).X_OT)};
+}
+
+void ChainSearch::fellAtEnd(PruningPlace place, const PrunedGrasps& pruned) {
+  if (pruned.farthest < 0) return;
+  const bool start = place == PruningPlace::kStart;
+  const std::size_t holder = start ? 0 : holders() - 1;
+  const auto within = static_cast<std::uint32_t>(pruned.farthest_step);
+  state_.farthest.offer({start ? SearchStep::kTake : SearchStep::kGive, within}, [&] {
+    const SceneTask& task = state_.problem.task;
+    const Pose& X_WO = start ? task.X_WO_start : task.X_WO_goal;
+    const StageAction end =
+        task.end == TransportEnd::kHold ? StageAction::kCarry : StageAction::kPlace;
+    return Farthest{toValue(X_WO),
+                    {toolOf(holder, pruned.farthest, X_WO)},
+                    {static_cast<std::uint32_t>(holder), start ? StageAction::kGrasp : end}};
+  });
+}
+
+/// @param receive, give  grasps in the arms' sets; negative: none to show.
+void ChainSearch::fellAtHandover(SearchProgress progress, std::size_t handover, const Pose& X_WH,
+                                 int receive, int give) {
+  state_.farthest.offer(progress, [&] {
+    const auto receiver = static_cast<std::uint32_t>(handover + 1);
+    Farthest farthest{toValue(X_WH), {}, {receiver, StageAction::kGrasp}};
+    if (give >= 0) farthest.tools.push_back(toolOf(handover, give, X_WH));
+    if (receive >= 0) farthest.tools.push_back(toolOf(handover + 1, receive, X_WH));
+    return farthest;
+  });
+}
+
+void ChainSearch::fellInMotion(SearchStep step, const MotionFailure& failure,
+                               const TransportTuple& tuple) {
+  const std::size_t last = holders() - 1;
+  const std::size_t k = failure.stage.holder;
+  const StageAction action = failure.stage.action;
+  // The stages as the search for motions goes through them: the end, then from the start on.
+  const bool end = k == last && failure.cause == Cause::kStraightApproach;
+  const std::uint32_t within =
+      end ? 0 : 16 * failure.stage.holder + static_cast<std::uint32_t>(action);
+  state_.farthest.offer({step, within}, [&] {
+    const bool taking = action < StageAction::kCarry;
+    const SceneTask& task = state_.problem.task;
+    if (taking && k == 0) {
+      return Farthest{toValue(task.X_WO_start),
+                      {toolOf(0, tuple.holders[0].take.grasp, task.X_WO_start)},
+                      failure.stage};
+    }
+    if (!taking && k == last) {
+      return Farthest{toValue(task.X_WO_goal),
+                      {toolOf(last, tuple.holders[last].give.grasp, task.X_WO_goal)},
+                      failure.stage};
+    }
+    const std::size_t handover = taking ? k - 1 : k;
+    const Pose& X_WH = tuple.X_WH[handover];
+    return Farthest{toValue(X_WH),
+                    {toolOf(handover, tuple.holders[handover].give.grasp, X_WH),
+                     toolOf(handover + 1, tuple.holders[handover + 1].take.grasp, X_WH)},
+                    failure.stage};
+  });
+}
+
 bool ChainSearch::open() {
   if (pruned(0, PruningPlace::kStart).kept.empty()) return false;
+  takes_left_.kept = pruned(0, PruningPlace::kStart).kept;
   const PrunedGrasps& placed = pruned(holders() - 1, PruningPlace::kGoal);
   if (placed.kept.empty() || state_.over()) return false;
   for (const auto& grasp : placed.kept) place_order_.push_back(&grasp);
@@ -129,8 +197,27 @@ bool ChainSearch::open() {
                    [](const FeasibleGrasp* a, const FeasibleGrasp* b) {
                      return a->manipulability > b->manipulability;
                    });
+  std::size_t points = holders() > 1 ? std::numeric_limits<std::uint32_t>::max() : 0;
+  bool any = true;
   for (std::size_t k = 0; k + 1 < holders(); ++k) {
-    state_.counts.lattice_points += static_cast<std::uint32_t>(latticeOf(k).both.size());
+    points = std::min(points, latticeOf(k).both.size());
+    any = any && !latticeOf(k).all.empty();
+  }
+  SearchCounts& counts = state_.counts;
+  counts.lattice_points = std::max(counts.lattice_points, static_cast<std::uint32_t>(points));
+  counts.may_meet = counts.may_meet || (holders() > 1 && mayMeet());
+  ++counts.chains;
+  return any;
+}
+
+/// False: two arms that follow each other are so far apart that no object can be in both hands.
+bool ChainSearch::mayMeet() const {
+  for (std::size_t k = 0; k + 1 < holders(); ++k) {
+    const Manipulator &giver = at(k), &receiver = at(k + 1);
+    const double between = (giver.map.X_WA.translation() - receiver.map.X_WA.translation()).norm();
+    const double most =
+        giver.kinematics->reach() + receiver.kinematics->reach() + maxToolSeparation(k);
+    if (between > most) return false;
   }
   return true;
 }
@@ -180,7 +267,7 @@ const ChainSearch::Lattice& ChainSearch::latticeOf(std::size_t handover) {
 
 /// The giver's grasps at a handover: those it can take the object with, as far as that is known.
 const PrunedGrasps& ChainSearch::takesOf(std::size_t handover) {
-  if (handover == 0) return pruned(0, PruningPlace::kStart);
+  if (handover == 0) return takes_left_;
   std::unique_ptr<PrunedGrasps>& all = all_takes_[handover];
   if (!all) {
     all = std::make_unique<PrunedGrasps>();
@@ -190,9 +277,42 @@ const PrunedGrasps& ChainSearch::takesOf(std::size_t handover) {
   return *all;
 }
 
-void ChainSearch::countFailure(const MotionFailure& failure) {
+void ChainSearch::failPick(int pick) {
+  failed_picks_.insert(pick);
+  std::erase_if(takes_left_.kept, [&](const FeasibleGrasp& take) { return take.grasp == pick; });
+}
+
+/// Few grasps take the object: those that no motion leads to are left out before long searches.
+void ChainSearch::tryTakes() {
+  if (counted() || state_.problem.task.held_by) return;
+  if (takes_left_.kept.size() > settings_.few_takes) return;
+  for (const FeasibleGrasp& take : std::vector<FeasibleGrasp>(takes_left_.kept)) {
+    if (spent() || state_.over()) return;
+    if (motions_.canTake(take)) continue;
+    if (state_.over()) return;
+    const MotionFailure failure{{0, StageAction::kReach}, Cause::kNoPath, {}};
+    state_.counts.motion_rejects.add(failure.cause, failure.stage);
+    state_.farthest.offer(
+        {SearchStep::kMotions, static_cast<std::uint32_t>(StageAction::kReach)}, [&] {
+          const Pose& X_WO = state_.problem.task.X_WO_start;
+          return Farthest{toValue(X_WO), {toolOf(0, take.grasp, X_WO)}, failure.stage};
+        });
+    ++state_.motion_attempts;
+    failPick(take.grasp);
+  }
+}
+
+/// No grasp is left to take the object with, or none to put it down: no pose could change that.
+bool ChainSearch::noEndsLeft() const {
+  if (counted()) return false;
+  return takes_left_.kept.empty() || failed_places_.size() == place_order_.size();
+}
+
+void ChainSearch::countFailure(const MotionFailure& failure, const TransportTuple& tuple) {
   state_.counts.motion_rejects.add(failure.cause, failure.stage, failure.pair);
-  if (failure.cause == Cause::kHandsMeet) {
+  const bool meet = failure.cause == Cause::kHandsMeet;
+  fellInMotion(meet ? SearchStep::kHandsMeet : SearchStep::kMotions, failure, tuple);
+  if (meet) {
     ++state_.grasp_attempts;
     return;
   }
@@ -227,11 +347,11 @@ bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most
     const auto connected = motions_.connect(tuples[i]);
     if (state_.over()) return false;
     if (const auto* failure = std::get_if<MotionFailure>(&connected)) {
-      countFailure(*failure);
+      countFailure(*failure, tuples[i]);
       // Hands that do not go together are found out cheaply; only searches for motions are counted.
       if (failure->cause != Cause::kHandsMeet) ++searched;
       // How the object is taken depends on the first grasp alone, how it is put down on the last.
-      if (failure->stage == StageRef{0, StageAction::kReach}) failed_picks_.insert(pick);
+      if (failure->stage == StageRef{0, StageAction::kReach}) failPick(pick);
       const FailureScope scope = failureScope(*failure, holders());
       if (scope.ofPlacing(holders())) failed_places_.insert(place);
       if (holders() > 1 && (scope.handover > 0 || scope.pose)) {
@@ -246,11 +366,13 @@ bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most
     auto timed = timeStages(state_.problem, motions_.context(), path);
     if (const auto* failure = std::get_if<MotionFailure>(&timed)) {
       state_.counts.motion_rejects.add(failure->cause, failure->stage, failure->pair);
+      fellInMotion(SearchStep::kTiming, *failure, tuples[i]);
       continue;
     }
     const auto& stages = std::get<std::vector<TimedStage>>(timed);
     const auto schedule = scheduleStages(motions_.context(), stages);
     state_.plan = assemblePlan(state_.problem, motions_.context(), path, stages, schedule);
+    state_.broken = brokenRules(state_.problem, *state_.plan, state_.world);
     return true;
   }
   return false;
@@ -266,6 +388,7 @@ bool ChainSearch::searchSingle() {
     }
   }
   state_.counts.tuples += static_cast<std::uint32_t>(tuples.size());
+  state_.counts.alone = true;
   return tryTuples(std::move(tuples), settings_.motion_attempts);
 }
 
@@ -273,27 +396,43 @@ bool ChainSearch::searchSingle() {
 bool ChainSearch::tryPose(std::size_t handover, Node& node, const Pose& X_WH,
                           HandoverCandidates& counts) {
   const int grasp = node.give->grasp;
-  const bool counted = state_.problem.mode == SearchMode::kAll;
-  if (!counted && handover + 2 == holders() && failed_places_.contains(grasp)) return false;
+  if (!counted() && handover + 2 == holders() && failed_places_.contains(grasp)) return false;
   ++counts.poses_tried;
-  // One look, and the giver takes one for each of its grasps.
-  if (!motions_.receiverReaches(handover, X_WH, grasp) ||
-      !motions_.giverReaches(handover, X_WH, takesOf(handover))) {
-    rejects_.add(Cause::kNoIk);
+  if (const auto meet = motions_.handsInTheWay(handover, grasp, takesOf(handover))) {
+    const CollisionScene& bodies = *state_.problem.collision;
+    rejects_.add(Cause::kCollision, {bodies.name(meet->first), bodies.name(meet->second)});
     return false;
   }
+  // One look, and the giver takes one for each of its grasps.
+  const bool received_at = motions_.receiverReaches(handover, X_WH, grasp);
+  if (!received_at || !motions_.giverReaches(handover, X_WH, grasp, takesOf(handover))) {
+    rejects_.add(Cause::kNoIk);
+    fellAtHandover({SearchStep::kBothReach, received_at ? 2u : 1u}, handover, X_WH,
+                   received_at ? grasp : -1, -1);
+    return false;
+  }
+  ++dear_poses_;
   PrunedGrasps receive = motions_.pruneReceiverAt(handover, X_WH, *node.give);
   rejects_.add(receive.rejects);
-  if (receive.kept.empty()) return false;
+  if (receive.kept.empty()) {
+    fellAtHandover({SearchStep::kReceive, static_cast<std::uint32_t>(receive.farthest_step)},
+                   handover, X_WH, grasp, -1);
+    return false;
+  }
   FeasibleGrasp& received = receive.kept.front();
   // The paper counts this pose whether or not there is a straight path to it.
-  if (!counted && !motions_.keepApproachable(handover, X_WH, received)) {
+  if (!counted() && !motions_.keepApproachable(handover, X_WH, received)) {
     rejects_.add(Cause::kStraightApproach);
+    fellAtHandover({SearchStep::kApproach, 1}, handover, X_WH, grasp, -1);
     state_.counts.cut = true;
     return false;
   }
   const PrunedGrasps give = motions_.pruneGiverAt(handover, X_WH, received, takesOf(handover));
   rejects_.add(give.rejects);
+  if (give.kept.empty()) {
+    fellAtHandover({SearchStep::kGiverBeside, static_cast<std::uint32_t>(give.farthest_step)},
+                   handover, X_WH, grasp, give.farthest);
+  }
   if (give.kept.empty() || state_.over()) return false;
   ++counts.poses;
   counts.tuples += static_cast<std::uint32_t>(give.kept.size());
@@ -328,6 +467,8 @@ bool ChainSearch::followInner(std::size_t handover, const TransportTuple& tuple,
     inner.tuple.holders[handover].give = *given;
     if (!motions_.handsMeet(handover, inner.tuple)) {
       rejects_.add(Cause::kHandsMeet);
+      fellAtHandover({SearchStep::kHandsMeet, 0}, handover, inner.tuple.X_WH[handover],
+                     inner.tuple.holders[handover + 1].take.grasp, given->grasp);
       continue;
     }
     ++followed;
@@ -347,7 +488,7 @@ bool ChainSearch::connectFirst(TransportTuple tuple, const PrunedGrasps& give) {
     tuple.holders[0] = {*takesOf(0).find(given.grasp), given};
     tuples.push_back(tuple);
   }
-  if (state_.problem.mode == SearchMode::kAll && holders() == 2) {
+  if (counted() && holders() == 2) {
     poses_.push_back(std::move(tuples));  // counted first, connected afterwards in the same order
     return false;
   }
@@ -443,9 +584,11 @@ bool ChainSearch::searchPoints(SearchTier tier, std::size_t first, std::size_t e
   const std::uint32_t failed_before = motions_.failedIkSolves();
   receivers_.clear();
   std::vector<Candidate> postponed;
+  const std::uint32_t dear_before = dear_poses_;
   const auto enough = [&] {
     const bool cut =
         counts.poses_tried >= most_poses ||
+        (widened && !counted() && dear_poses_ - dear_before >= settings_.turned_looks) ||
         (widened && motions_.failedIkSolves() - failed_before >= settings_.most_failed_ik);
     state_.counts.cut = state_.counts.cut || cut;
     return cut || spent() || state_.over();
@@ -456,6 +599,10 @@ bool ChainSearch::searchPoints(SearchTier tier, std::size_t first, std::size_t e
     for (std::size_t point = first; point < end; ++point) {
       // Tried already, by the tier before.
       if (widened && point == 0 && offset.turn == 0 && !lattice.both.empty()) continue;
+      if (widened && !counted() && !mapAllows(point, offset)) {
+        rejects_.add(Cause::kNotInMap);
+        continue;
+      }
       for (const FeasibleGrasp* place : place_order_) {
         if (enough()) break;
         const Candidate candidate{offset, lattice.all[point].p_W, place};
@@ -474,17 +621,42 @@ bool ChainSearch::searchPoints(SearchTier tier, std::size_t first, std::size_t e
   return false;
 }
 
+/// By the receiver's map, which misses 0.4 % of the poses that the arm reaches: soon told.
+bool ChainSearch::mapAllows(std::size_t point, const ApproachOffset& offset) {
+  const std::size_t handover = holders() - 2;
+  const PlacedMap& giver = at(handover).map;
+  const PlacedMap& receiver = at(handover + 1).map;
+  const Lattice& lattice = latticeOf(handover);
+  if (receiver_bins_.empty()) {
+    for (const LatticePoint& it : lattice.all) receiver_bins_.push_back(receiver.binsNear(it.p_W));
+  }
+  const Eigen::Vector3d approach_W =
+      handoverApproach(giver.p_WShoulder, receiver.p_WShoulder, offset);
+  return (receiver_bins_[point] & receiver.binsOf(approach_W)) != 0;
+}
+
 /// Poses as they are drawn, mostly where the search began and hardly tilted: a regular order would
 /// spend itself on neighbours, which fail alike.
 bool ChainSearch::searchScattered(HandoverCandidates& counts) {
+  std::uint32_t not_in_map = 0;
+  const bool solved = searchScattered(counts, not_in_map);
+  rejects_.add(Cause::kNotInMap, not_in_map);
+  return solved;
+}
+
+bool ChainSearch::searchScattered(HandoverCandidates& counts, std::uint32_t& not_in_map) {
   const std::vector<LatticePoint>& points = latticeOf(holders() - 2).all;
   const std::uint32_t failed_before = motions_.failedIkSolves();
   SeededRandom random(SeededRandom::mix(state_.problem.seed));
   const auto jitter = [&] { return random.uniform(-0.5, 0.5) * kLatticeEdge; };
   receivers_.clear();
   state_.counts.cut = true;  // a sample proves nothing
-  for (std::uint32_t i = 0; i < settings_.scattered_poses; ++i) {
+  const std::uint32_t dear_before = dear_poses_;
+  // A request's poses, evenly over its chains.
+  const std::uint32_t most = settings_.scattered_poses / std::max(1u, state_.counts.chains);
+  for (std::uint32_t i = 0; i < most; ++i) {
     if (spent() || state_.over()) return false;
+    if (dear_poses_ - dear_before >= settings_.scattered_looks) return false;
     if (motions_.failedIkSolves() - failed_before >= settings_.most_failed_ik) return false;
     const double early = random.unit();
     const auto point = static_cast<std::size_t>(early * early * static_cast<double>(points.size()));
@@ -493,11 +665,24 @@ bool ChainSearch::searchScattered(HandoverCandidates& counts) {
     const double tilt = settings_.most_tilt * random.unit() * random.unit();
     const double azimuth = random.uniform(0, 2 * M_PI);
     const auto place = random.index(static_cast<std::uint32_t>(place_order_.size()));
+    if (!mapAllows(point, {turn, tilt, azimuth})) {
+      ++counts.poses_tried;
+      ++not_in_map;
+      continue;
+    }
     const Candidate candidate{
         {turn, tilt, azimuth}, points[point].p_W + Eigen::Vector3d(x, y, z), place_order_[place]};
     if (tryCandidate(SearchTier::kScattered, candidate, counts)) return true;
   }
   return false;
+}
+
+/// What a tier has counted, to its end or to the deadline.
+void ChainSearch::finishCounts(HandoverCandidates counts) {
+  state_.counts.poses_asked += counts.poses_tried;
+  counts.causes = rejects_.counts();
+  state_.counts.handover_rejects.add(rejects_);
+  if (!state_.cancelled()) state_.sink.emit(std::move(counts));
 }
 
 bool ChainSearch::searchLast(SearchTier tier) {
@@ -514,22 +699,19 @@ bool ChainSearch::searchLast(SearchTier tier) {
   counts.lattice_points = static_cast<std::uint32_t>(lattice.both.size());
   rejects_ = {};
   poses_.clear();
+  if (widened) tryTakes();
   bool solved = false;
   if (tier == SearchTier::kScattered) {
     solved = searchScattered(counts);
   } else {
-    const bool counted = state_.problem.mode == SearchMode::kAll;
     const std::size_t best = std::min(size, settings_.wide_points);
-    solved = searchPoints(tier, 0, best,
-                          counted ? settings_.wide_poses_counted : settings_.wide_poses, counts) ||
-             searchPoints(tier, best, size, settings_.wide_poses_counted, counts);
+    solved =
+        searchPoints(tier, 0, best, counted() ? settings_.wide_poses_counted : settings_.wide_poses,
+                     counts) ||
+        searchPoints(tier, best, size, settings_.wide_poses_counted, counts);
   }
-  if (state_.over() && !solved) return false;
-  state_.counts.poses_asked += counts.poses_tried;
-  counts.causes = rejects_.counts();
-  state_.counts.handover_rejects.add(rejects_);
   if (tier == SearchTier::kPaper) counts.lattice = cellsOf(lattice.both);
-  state_.sink.emit(std::move(counts));
+  finishCounts(std::move(counts));
   for (std::size_t i = 0; i < poses_.size() && !solved && !state_.over(); ++i) {
     solved = tryTuples(std::move(poses_[i]), settings_.tuples_per_pose);
   }

@@ -4,10 +4,12 @@
 #pragma once
 
 #include "core/planning/explanation.hpp"
+#include "core/planning/farthest.hpp"
 #include "core/planning/plan_assembly.hpp"
 #include "core/planning/plan_event_sink.hpp"
 #include "core/planning/transport_motions.hpp"
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <optional>
@@ -40,8 +42,10 @@ struct SearchState {
   std::map<std::pair<int, int>, Manipulator> manipulators;  ///< by robot and arm
   PrunedByArm at_start, at_goal;
   SearchCounts counts;
+  FarthestCandidate farthest;
   std::uint32_t motion_attempts = 0, grasp_attempts = 0;
   std::optional<TransportPlan> plan;
+  std::vector<std::string> broken;  ///< rules that the plan breaks
 
   bool wide() const { return problem.search == SearchWidth::kWide; }
 
@@ -52,6 +56,9 @@ struct SearchState {
 
   /// The deadline is over: the search ends, wherever it is.
   bool over() const { return deadline.over(); }
+
+  /// Nobody listens any more; a deadline's answer still tells what was counted.
+  bool cancelled() const { return deadline.state() == Deadline::State::kCancelled; }
 
   const Manipulator& manipulator(const ChainHolder& arm);
 };
@@ -78,7 +85,7 @@ class ChainSearch {
   ~ChainSearch();
 
   /// Prunes the grasps of the first holder at the start and of the last one at the goal, each arm's
-  /// once; false when nothing is left of one of the sets.
+  /// once; false when nothing is left of one of the sets, or two arms have no point in common.
   bool open();
 
   /// Goes through the tier's candidates, best placing first; true when the state has a plan.
@@ -95,11 +102,21 @@ class ChainSearch {
 
   const Manipulator& at(std::size_t holder) const { return *motions_.holders()[holder]; }
 
-  bool spent() const { return state_.spent() || inner_poses_ >= settings_.most_inner_poses; }
+  bool spent() const {
+    return state_.spent() || inner_poses_ >= settings_.most_inner_poses || noEndsLeft() ||
+           (!counted() &&
+            motions_.ikLooks() >= settings_.most_ik_looks / std::max(1u, state_.counts.chains));
+  }
+
+  /// Counted as the paper counts: before any motion is looked for.
+  bool counted() const { return state_.problem.mode == SearchMode::kAll; }
+
+  bool noEndsLeft() const;
 
   const PrunedGrasps& pruned(std::size_t holder, PruningPlace place);
   const Lattice& latticeOf(std::size_t handover);
   double maxToolSeparation(std::size_t handover) const;
+  bool mayMeet() const;
   const PrunedGrasps& takesOf(std::size_t handover);
 
   bool searchSingle();
@@ -107,6 +124,7 @@ class ChainSearch {
   bool searchPoints(SearchTier tier, std::size_t first, std::size_t end, std::uint32_t most_poses,
                     HandoverCandidates& counts);
   bool searchScattered(HandoverCandidates& counts);
+  bool searchScattered(HandoverCandidates& counts, std::uint32_t& not_in_map);
   bool tryCandidate(SearchTier tier, const Candidate& candidate, HandoverCandidates& counts);
   bool crowded(const Eigen::Vector3d& p_W) const;
   bool searchInner(std::size_t handover, Node& node);
@@ -115,7 +133,18 @@ class ChainSearch {
   bool connectFirst(TransportTuple tuple, const PrunedGrasps& give);
   bool tryTuples(std::vector<TransportTuple> tuples, std::size_t most);
   bool backOut(std::size_t handover, bool& pose_dropped);
-  void countFailure(const MotionFailure& failure);
+  void countFailure(const MotionFailure& failure, const TransportTuple& tuple);
+  void failPick(int pick);
+  void tryTakes();
+  bool mapAllows(std::size_t point, const ApproachOffset& offset);
+  void finishCounts(HandoverCandidates counts);
+
+  // What the search remembers of candidates that fell: the farthest is shown with a failure.
+  FarthestTool toolOf(std::size_t holder, int grasp, const Pose& X_WO) const;
+  void fellAtEnd(PruningPlace place, const PrunedGrasps& pruned);
+  void fellAtHandover(SearchProgress progress, std::size_t handover, const Pose& X_WH, int receive,
+                      int give);
+  void fellInMotion(SearchStep step, const MotionFailure& failure, const TransportTuple& tuple);
 
   SearchState& state_;
   const SearchSettings& settings_;
@@ -126,6 +155,9 @@ class ChainSearch {
   /// Handover and receiver's grasp: how often no pose was found for it.
   std::map<std::pair<std::size_t, int>, std::uint32_t> inner_failures_;
   std::uint32_t inner_poses_ = 0;
+  std::uint32_t dear_poses_ = 0;  ///< whose collisions were looked at
+  std::vector<std::uint64_t> receiver_bins_;  ///< by point of the last handover's lattice
+  PrunedGrasps takes_left_;      ///< of the first holder, without those that cannot be taken
   std::set<int> failed_picks_;   ///< grasps of the first holder that cannot be taken
   std::set<int> failed_places_;  ///< grasps of the last holder that cannot be placed
   /// Where the search goes on after a failure that nothing below can mend.

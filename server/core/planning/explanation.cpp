@@ -35,6 +35,19 @@ std::string lackOf(const TransportProblem& problem, const ArmScore& score) {
   }
 }
 
+/// A pair of bodies that is nearly every cause: it is told first.
+constexpr double kDominant = 0.95;
+
+std::string dominantPair(const CauseTally& tally) {
+  const std::vector<CauseCount> causes = tally.counts();
+  const std::uint32_t total = tally.total();
+  if (causes.empty() || causes.front().pair.second.empty()) return "";
+  const CauseCount& first = causes.front();
+  if (first.count < kDominant * total) return "";
+  return first.pair.first + " touches " + first.pair.second + " in " + std::to_string(first.count) +
+         " of " + std::to_string(total) + " tries. ";
+}
+
 /// Adds the sets' rejects to the tally and tells how many grasps of which arms were tested.
 std::string testedOf(const PrunedByArm& sets, CauseTally& tally) {
   std::string text;
@@ -76,7 +89,7 @@ Failed explainArms(const TransportProblem& problem, PruningPlace place, const Ar
   for (const ArmScore& score : ranking.scores) {
     tally.add(score.rejected, {nameOf(score.arm), score.object});
     arms += (arms.empty() ? ": " : ", ") + nameOf(score.arm) + " " + lackOf(problem, score);
-    if (score.rejected != Cause::kNoGrasps && score.rejected != Cause::kExcluded) graspless = false;
+    if (score.rejected == Cause::kNotInMap) graspless = false;
   }
   const FailureReason unreachable =
       start ? FailureReason::kStartUnreachable : FailureReason::kGoalUnreachable;
@@ -84,38 +97,89 @@ Failed explainArms(const TransportProblem& problem, PruningPlace place, const Ar
                 start ? "arms_at_start" : "arms_at_goal",
                 "No arm can " + std::string(start ? "take " : "bring ") + problem.task.object +
                     (start ? " at its start" : " to its goal") + arms + ".",
-                tally.counts(8), problem.search == SearchWidth::kWide);
+                tally.counts(8), problem.search == SearchWidth::kWide && ranking.proven);
 }
+
+Failed explainNoChain(const TransportProblem& problem, std::size_t n) {
+  CauseTally tally;
+  tally.add(Cause::kExcluded, {problem.task.object, {}});
+  const std::string text = n == 1 ? "No arm of the chain can both take and bring "
+                                  : "Only one and the same arm of the chain can take and bring ";
+  return failed(FailureReason::kGoalUnreachable, "chains", text + problem.task.object + ".",
+                tally.counts(), false);
+}
+
+namespace {
+
+/// No grasp is left at the start, or at the goal.
+Failed explainPruned(const TransportProblem& problem, PruningPlace place, const PrunedByArm& sets) {
+  const bool start = place == PruningPlace::kStart;
+  CauseTally tally;
+  const std::string tested = testedOf(sets, tally);
+  const bool proven =
+      std::all_of(sets.begin(), sets.end(), [](const auto& entry) { return entry.second.proven; });
+  return failed(start ? FailureReason::kNoGraspAtStart : FailureReason::kNoGraspAtGoal,
+                start ? "grasps_at_start" : "grasps_at_goal",
+                dominantPair(tally) + "No free grasp of " + problem.task.object +
+                    (start ? " at its start." : " at its goal.") + tested,
+                tally.counts(), problem.search == SearchWidth::kWide && proven);
+}
+
+/// One arm has grasps at the start and others at the goal.
+Failed explainAlone(const TransportProblem& problem, const PrunedByArm& at_start,
+                    const PrunedByArm& at_goal) {
+  CauseTally tally;
+  std::string counts;
+  for (const auto& [arm, pruned] : at_start) {
+    const auto placed = at_goal.find(arm);
+    if (placed == at_goal.end()) continue;
+    tally.add(pruned.rejects);
+    tally.add(placed->second.rejects);
+    counts += (counts.empty() ? " " : "; ") + nameOf(arm) + ": " +
+              std::to_string(pruned.kept.size()) + " at the start, " +
+              std::to_string(placed->second.kept.size()) + " at the goal";
+  }
+  return failed(FailureReason::kNoGraspAtGoal, "grasps_at_both",
+                "No grasp holds " + problem.task.object +
+                    " both at its start and at its goal, without a second holder." + counts + ".",
+                tally.counts(), false);
+}
+
+}  // namespace
 
 Failed explainSearch(const TransportProblem& problem, const PrunedByArm& at_start,
                      const PrunedByArm& at_goal, const SearchCounts& counts) {
   const std::string& object = problem.task.object;
   const bool wide = problem.search == SearchWidth::kWide;
+  if (!at_start.empty() && noneKept(at_start)) {
+    return explainPruned(problem, PruningPlace::kStart, at_start);
+  }
+  if (!at_goal.empty() && noneKept(at_goal)) {
+    return explainPruned(problem, PruningPlace::kGoal, at_goal);
+  }
+  if (counts.chains == 0 && !at_goal.empty()) {
+    return explainNoChain(problem, problem.task.chain.size());
+  }
+  if (counts.alone && counts.tuples == 0 && !counts.may_meet) {
+    return explainAlone(problem, at_start, at_goal);
+  }
   CauseTally tally;
-  if (noneKept(at_start)) {
-    const std::string tested = testedOf(at_start, tally);
-    return failed(FailureReason::kNoGraspAtStart, "grasps_at_start",
-                  "No free grasp of " + object + " at its start." + tested, tally.counts(), wide);
-  }
-  if (noneKept(at_goal)) {
-    const std::string tested = testedOf(at_goal, tally);
-    return failed(FailureReason::kNoGraspAtGoal, "grasps_at_goal",
-                  "No free grasp of " + object + " at its goal." + tested, tally.counts(), wide);
-  }
   if (counts.lattice_points == 0 && counts.tuples == 0) {
-    tally.add(Cause::kNotInMap);
+    if (counts.handover_rejects.total() == 0) {
+      tally.add(Cause::kNotInMap);
+    } else {
+      tally.add(counts.handover_rejects);
+    }
     return failed(FailureReason::kNoCommonWorkspace, "common_workspace",
                   "No point near the middle of the shoulders is in reach of both arms.",
-                  tally.counts(), wide && !counts.cut);
+                  tally.counts(), wide && !counts.may_meet);
   }
   if (counts.tuples == 0) {
-    const bool all = wide && !counts.cut;
-    const std::string which =
-        all ? "No handover pose"
-            : "None of the " + std::to_string(counts.poses_asked) + " handover poses tried";
     return failed(FailureReason::kNoHandoverPose, "handover_poses",
-                  which + " lets both hands hold " + object + ".", counts.handover_rejects.counts(),
-                  all);
+                  dominantPair(counts.handover_rejects) + "None of the " +
+                      std::to_string(counts.poses_asked) +
+                      " handover poses tried lets both hands hold " + object + ".",
+                  counts.handover_rejects.counts(), wide && !counts.may_meet);
   }
   const std::vector<CauseCount> causes = counts.motion_rejects.counts();
   std::string text = "Grasps exist, but no motion between them was found";
@@ -124,7 +188,34 @@ Failed explainSearch(const TransportProblem& problem, const PrunedByArm& at_star
             std::to_string(counts.motion_rejects.total()) + ", ended at the " +
             stageName(*causes.front().stage);
   }
-  return failed(FailureReason::kNoPath, "motions", text + ".", causes, false);
+  return failed(FailureReason::kNoPath, "motions", dominantPair(counts.motion_rejects) + text + ".",
+                causes, false);
+}
+
+Failed explainDeadline(const PrunedByArm& at_start, const PrunedByArm& at_goal,
+                       const SearchCounts& counts) {
+  const auto late = [](std::string filter, const std::string& at, const CauseTally& tally) {
+    return failed(FailureReason::kDeadline, std::move(filter),
+                  dominantPair(tally) + "The deadline passed " + at + ".", tally.counts(), false);
+  };
+  if (counts.motion_rejects.total() > 0) {
+    return late("motions", "while motions were sought", counts.motion_rejects);
+  }
+  if (counts.handover_rejects.total() > 0) {
+    return late("handover_poses",
+                "after " + std::to_string(counts.poses_asked) + " handover poses were tried",
+                counts.handover_rejects);
+  }
+  CauseTally tally;
+  for (const PrunedByArm* sets : {&at_goal, &at_start}) {
+    for (const auto& [arm, pruned] : *sets) tally.add(pruned.rejects);
+    if (tally.total() == 0) continue;
+    const bool goal = sets == &at_goal;
+    return late(goal ? "grasps_at_goal" : "grasps_at_start",
+                std::string("while grasps were tested at the ") + (goal ? "goal" : "start"), tally);
+  }
+  tally.add(Cause::kDeadline);
+  return late("scene", "before anything was tried", tally);
 }
 
 }  // namespace handover

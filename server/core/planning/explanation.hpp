@@ -17,10 +17,14 @@ Failed failed(FailureReason reason, std::string filter, std::string text,
 
 /// What a search has gone through.
 struct SearchCounts {
-  std::uint32_t lattice_points = 0;  ///< that a giver and a receiver reach
+  /// That a giver and a receiver reach: of a chain's handovers the fewest, of chains the most.
+  std::uint32_t lattice_points = 0;
   std::uint32_t poses_asked = 0;
   std::uint32_t tuples = 0;
-  bool cut = false;  ///< some handover poses were not looked at, or not to the end
+  std::uint32_t chains = 0;  ///< of arms, each with a grasp at the start and one at the goal
+  bool alone = false;  ///< a chain of one was searched: the same grasp at the start and at the goal
+  bool cut = false;    ///< some handover poses were not looked at, or not to the end
+  bool may_meet = false;  ///< two arms that follow each other are not too far apart to meet
   CauseTally handover_rejects, motion_rejects;
 };
 
@@ -33,6 +37,13 @@ Failed explainArms(const TransportProblem& problem, PruningPlace place, const Ar
 /// No plan, though there are arms.
 Failed explainSearch(const TransportProblem& problem, const PrunedByArm& at_start,
                      const PrunedByArm& at_goal, const SearchCounts& counts);
+
+/// The deadline passed: how far the search was, and what it had counted.
+Failed explainDeadline(const PrunedByArm& at_start, const PrunedByArm& at_goal,
+                       const SearchCounts& counts);
+
+/// Arms reach the start and the goal, but none that could make up a chain of n.
+Failed explainNoChain(const TransportProblem& problem, std::size_t n);
 
 bool noneKept(const PrunedByArm& sets);
 

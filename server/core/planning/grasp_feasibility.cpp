@@ -82,6 +82,10 @@ class Pruner {
 
   void test(int index) {
     ++pruned_.tested;
+    if (const BodyPair* known = knownConflict(index)) {
+      fell(index, PruneStep::kHand);
+      return tally(*known);
+    }
     const Grasp& grasp = manipulator_.grasp(index);
     const Pose X_WT = query_.state.X_WO * grasp.X_OT;
     const Pose X_AT = manipulator_.worldToArm(X_WT);
@@ -89,19 +93,51 @@ class Pruner {
     const IkCounts counts =
         manipulator_.kinematics->visit(X_AT, ik_, [](const ArmVector&) { return false; });
     if (counts.solutions == 0) {
+      fell(index, PruneStep::kIk);
+      const bool out_of_reach = counts.limits == 0 && manipulator_.kinematics->closedForm();
+      if (!out_of_reach && !(query_.effort.proof && checker_.handTouches(grasp, X_WT))) {
+        pruned_.proven = false;
+      }
       return pruned_.rejects.add(counts.limits > 0 ? Cause::kLimits : Cause::kNoIk);
     }
-    if (const auto hit = checker_.handTouches(grasp, X_WT)) return tally(*hit);
+    if (const auto hit = checker_.handTouches(grasp, X_WT)) {
+      fell(index, PruneStep::kHand);
+      keepConflict(index, *hit);
+      return tally(*hit);
+    }
     order(index, X_AT);
     std::optional<BodyPair> first_hit;
     const std::size_t first = firstFree(grasp, first_hit);
-    if (first == tried()) return tally(*first_hit);
+    if (first == tried()) {
+      fell(index, PruneStep::kArm);
+      pruned_.proven = false;
+      return tally(*first_hit);
+    }
     keep(index, first);
   }
 
   PrunedGrasps take() { return std::move(pruned_); }
 
  private:
+  const BodyPair* knownConflict(int index) const {
+    if (query_.conflicts == nullptr) return nullptr;
+    const auto known = query_.conflicts->find(index);
+    return known == query_.conflicts->end() ? nullptr : &known->second;
+  }
+
+  void keepConflict(int index, const BodyPair& hit) {
+    if (query_.conflicts == nullptr) return;
+    const auto of = [](const Manipulator& arm, BodyId body) {
+      return std::find(arm.hand_bodies.begin(), arm.hand_bodies.end(), body) !=
+             arm.hand_bodies.end();
+    };
+    const Manipulator& other = *query_.other_hand;
+    if ((of(manipulator_, hit.first) && of(other, hit.second)) ||
+        (of(other, hit.first) && of(manipulator_, hit.second))) {
+      query_.conflicts->emplace(index, hit);
+    }
+  }
+
   std::size_t tried() const { return std::min(query_.effort.configurations, order_.size()); }
 
   void order(int index, const Pose& X_AT) {
@@ -132,6 +168,12 @@ class Pruner {
     const std::size_t end = std::min(order_.size(), first + query_.effort.configurations);
     for (std::size_t i = first; i < end; ++i) feasible.configurations.push_back(solution(i));
     pruned_.kept.push_back(std::move(feasible));
+  }
+
+  void fell(int index, PruneStep step) {
+    if (step <= pruned_.farthest_step) return;
+    pruned_.farthest_step = step;
+    pruned_.farthest = index;
   }
 
   void tally(const BodyPair& hit) {

@@ -7,6 +7,7 @@
 #include "core/planning/collision_context.hpp"
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -21,10 +22,19 @@ struct FeasibleGrasp {
   double manipulability = 0;  ///< of the first
 };
 
+/// Where a grasp fell, in the order of the tests.
+enum class PruneStep : std::uint32_t { kNone, kIk, kHand, kArm };
+
 struct PrunedGrasps {
   std::vector<FeasibleGrasp> kept;  ///< by rising index in the set
   std::uint32_t tested = 0;
   CauseTally rejects;
+  /// Of the rejected ones, the first of those that came farthest: its index in the set.
+  int farthest = -1;
+  PruneStep farthest_step = PruneStep::kNone;
+  /// Every reject holds for all configurations of the arm: out of reach by a closed form, or the
+  /// hand itself touches something. Else some configurations were not looked at.
+  bool proven = true;
 
   /// By index in the set; nullptr if it did not survive.
   const FeasibleGrasp* find(int grasp) const;
@@ -37,6 +47,10 @@ enum class HandMove { kCloses, kOpens, kHolds };
 /// Ranks the configurations of a grasp: the lowest cost is tried first.
 using ConfigurationCost = std::function<double(int grasp, const ArmVector& q)>;
 
+/// Grasps whose hand touches another hand that holds the object by a known grasp: both hands stand
+/// still against the object, so that this is true at every pose of it. By index in the set.
+using HandConflicts = std::map<int, BodyPair>;
+
 struct PruneQuery {
   const Manipulator* manipulator = nullptr;
   CellState state{};  ///< all else as here, the object at its X_WO
@@ -45,6 +59,8 @@ struct PruneQuery {
   std::vector<int> candidates{};     ///< by index in the set; empty: all
   ConfigurationCost cost{};
   PruneEffort effort{};
+  const Manipulator* other_hand = nullptr;  ///< that holds the object, too; nullptr: none
+  HandConflicts* conflicts = nullptr;       ///< with it, found before; new ones are added
 };
 
 /// Prunes grasps. A grasp survives only if the hand is free both open and closed, and on the way

@@ -53,7 +53,16 @@ bool PlacedMap::near(const Eigen::Vector3d& p_W) const {
   return anyVoxelNear(*this, p_W, [](const ReachabilityVoxel&) { return true; });
 }
 
-bool PlacedMap::near(const Eigen::Vector3d& p_W, const Eigen::Vector3d& approach_W) const {
+std::uint64_t PlacedMap::binsNear(const Eigen::Vector3d& p_W) const {
+  std::uint64_t bins = 0;
+  anyVoxelNear(*this, p_W, [&](const ReachabilityVoxel& voxel) {
+    bins |= voxel.directions;
+    return false;
+  });
+  return bins;
+}
+
+std::uint64_t PlacedMap::binsOf(const Eigen::Vector3d& approach_W) const {
   const Eigen::Vector3d approach_A = X_WA.linear().transpose() * approach_W;
   const Eigen::Vector3d u = kBesides * approach_A.unitOrthogonal();
   const Eigen::Vector3d v = approach_A.cross(u);
@@ -62,6 +71,11 @@ bool PlacedMap::near(const Eigen::Vector3d& p_W, const Eigen::Vector3d& approach
        {Eigen::Vector3d::Zero().eval(), u, v, (-u).eval(), (-v).eval()}) {
     bins |= std::uint64_t{1} << directionBin((approach_A + beside).normalized());
   }
+  return bins;
+}
+
+bool PlacedMap::near(const Eigen::Vector3d& p_W, const Eigen::Vector3d& approach_W) const {
+  const std::uint64_t bins = binsOf(approach_W);
   return anyVoxelNear(*this, p_W, [bins](const ReachabilityVoxel& voxel) {
     return (voxel.directions & bins) != 0;
   });
@@ -94,6 +108,24 @@ std::vector<LatticePoint> receiverPoints(const PlacedMap& giver, const PlacedMap
   return points;
 }
 
+namespace {
+
+/// The tilt that an offset asks for.
+Eigen::AngleAxisd tiltOf(const Eigen::Vector3d& z_shoulder, const ApproachOffset& offset) {
+  const Eigen::Vector3d across =
+      Eigen::AngleAxisd(offset.azimuth, z_shoulder) * z_shoulder.unitOrthogonal();
+  return Eigen::AngleAxisd(offset.tilt, across);
+}
+
+}  // namespace
+
+Eigen::Vector3d handoverApproach(const Eigen::Vector3d& p_WShoulder_giver,
+                                 const Eigen::Vector3d& p_WShoulder_receiver,
+                                 const ApproachOffset& offset) {
+  const Eigen::Vector3d z_shoulder = (p_WShoulder_giver - p_WShoulder_receiver).normalized();
+  return offset.tilt == 0 ? z_shoulder : tiltOf(z_shoulder, offset) * z_shoulder;
+}
+
 Eigen::Matrix3d handoverRotation(const Eigen::Matrix3d& R_WT_goal,
                                  const Eigen::Vector3d& approach_T,
                                  const Eigen::Vector3d& p_WShoulder_giver,
@@ -113,9 +145,7 @@ Eigen::Matrix3d handoverRotation(const Eigen::Matrix3d& R_WT_goal,
   Eigen::Matrix3d R_turned =
       Eigen::AngleAxisd(offset.turn, z_shoulder).toRotationMatrix() * R_least * R_WT_goal;
   if (offset.tilt == 0) return R_turned;
-  const Eigen::Vector3d across =
-      Eigen::AngleAxisd(offset.azimuth, z_shoulder) * z_shoulder.unitOrthogonal();
-  return Eigen::AngleAxisd(offset.tilt, across).toRotationMatrix() * R_turned;
+  return tiltOf(z_shoulder, offset).toRotationMatrix() * R_turned;
 }
 
 }  // namespace handover

@@ -25,6 +25,12 @@ struct PlacedMap {
   /// lies on the border. Of the poses that an arm reaches 0.4 % at most are missed, of those that
   /// it does not reach 9 in 10 are told.
   bool near(const Eigen::Vector3d& p_W, const Eigen::Vector3d& approach_W) const;
+
+  /// The two halves of that, for many directions at one point: they have a bit in common.
+  /// The bins that the voxels of the point and round it were reached with.
+  std::uint64_t binsNear(const Eigen::Vector3d& p_W) const;
+  /// The bins of a direction: its own, and those next to it if it lies on the border.
+  std::uint64_t binsOf(const Eigen::Vector3d& approach_W) const;
 };
 
 /// A point of the world lattice that both arms reach.
@@ -51,6 +57,12 @@ std::vector<LatticePoint> receiverPoints(const PlacedMap& giver, const PlacedMap
 struct ApproachOffset {
   double turn = 0, tilt = 0, azimuth = 0;
 };
+
+/// The receiver's approach axis at the handover, whatever its grasp: z_shoulder with the offset's
+/// tilt.
+Eigen::Vector3d handoverApproach(const Eigen::Vector3d& p_WShoulder_giver,
+                                 const Eigen::Vector3d& p_WShoulder_receiver,
+                                 const ApproachOffset& offset);
 
 /// The receiver's hand orientation at the handover: the least rotation that turns its approach axis
 /// at the goal, R_WT_goal * approach_T, onto z_shoulder = giver's - receiver's shoulder; if

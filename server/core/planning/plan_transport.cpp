@@ -87,6 +87,16 @@ class TransportSearch {
       : problem_(problem), state_(problem_, sink, deadline) {}
 
   Outcome run() {
+    Outcome outcome = search();
+    if (auto* failed = std::get_if<Failed>(&outcome)) {
+      std::optional<Farthest>& farthest = failed->explanation.farthest;
+      if (!farthest) farthest = state_.farthest.candidate();
+    }
+    return outcome;
+  }
+
+ private:
+  Outcome search() {
     const auto invalid = checkScene(problem_, state_.world, problem_.task);
     state_.sink.emit(snapshot(*problem_.scene, problem_.task, problem_.seed));
     if (state_.over()) return ended();
@@ -94,12 +104,9 @@ class TransportSearch {
     return problem_.task.chain.empty() ? searchAuto() : searchGiven();
   }
 
- private:
   Outcome ended() const {
     if (state_.deadline.state() == Deadline::State::kCancelled) return Cancelled{};
-    return failed(FailureReason::kDeadline, "deadline",
-                  "The deadline passed before a plan was found.",
-                  state_.counts.motion_rejects.counts(), false);
+    return explainDeadline(state_.at_start, state_.at_goal, state_.counts);
   }
 
   Outcome searchGiven() {
@@ -134,24 +141,14 @@ class TransportSearch {
     if (!repeats) {
       const std::size_t all = chains.size();
       dropOutOfReach(chains);
-      state_.counts.cut = state_.counts.cut || chains.size() < all;  // maps have holes
+      if (chains.size() < all)
+        state_.counts.cut = state_.counts.may_meet = true;  // maps have holes
     }
     emitSelected(chains, givers, receivers);
     if (givers.arms.empty()) return explainArms(problem_, PruningPlace::kStart, givers);
     if (receivers.arms.empty()) return explainArms(problem_, PruningPlace::kGoal, receivers);
-    if (chains.empty() && repeats) return explainNoChain(n);
+    if (chains.empty() && repeats) return explainNoChain(problem_, n);
     return searchAll(chains);
-  }
-
-  /// Arms reach the start and the goal, but none that could make up a chain.
-  Outcome explainNoChain(std::size_t n) const {
-    CauseTally tally;
-    tally.add(Cause::kNotInMap, {problem_.task.object, {}});
-    const std::string text =
-        n == 1 ? "No arm of the chain reaches both the start and the goal of "
-               : "Only one and the same arm of the chain reaches the start and the goal of ";
-    return failed(FailureReason::kGoalUnreachable, "chains", text + problem_.task.object + ".",
-                  tally.counts(), state_.wide());
   }
 
   std::optional<Outcome> searchAll(const std::vector<Chain>& chains) {
@@ -210,10 +207,19 @@ class TransportSearch {
   }
 
   Outcome solved(const Chain& chain) {
+    if (!state_.broken.empty()) return heldBack();
     state_.sink.emit(std::move(state_.plan->solution));
     for (auto& trajectory : state_.plan->trajectories) state_.sink.emit(std::move(trajectory));
     if (chain.size() == 2) noteIfOneArmWouldDo(chain.front());
     return Done{0, true};
+  }
+
+  /// A plan that breaks a rule is a fault of ours.
+  Outcome heldBack() const {
+    std::string text = "A plan was held back that breaks rules:";
+    for (const std::string& rule : state_.broken) text += " " + rule + ";";
+    text.back() = '.';
+    return failed(FailureReason::kInternal, "rules", text, {}, false);
   }
 
   /// Nobody is told to hand over what one arm could bring.

@@ -158,11 +158,13 @@ class SceneChecker {
       hits.add(Cause::kCollision, {bodies_.name(contact.a), bodies_.name(contact.b)});
     }
     const BodyContact& first = contacts.front();
-    std::string depth = first.depth > 0 ? " by " + millimetres(first.depth) : "";
-    const char* verb = first.depth > 0 ? " is inside " : " touches ";
-    return failed(reason, filter,
-                  text + " " + bodies_.name(first.a) + verb + bodies_.name(first.b) + depth + ".",
-                  hits.counts(), true);
+    const std::string& a = bodies_.name(first.a);
+    const std::string& b = bodies_.name(first.b);
+    const std::string what =
+        first.depth > 0
+            ? a + " is inside " + b + " by " + millimetres(first.depth)
+            : a + " is " + millimetres(-first.depth) + " from " + b + ", within its margin";
+    return failed(reason, filter, text + " " + what + ".", hits.counts(), true);
   }
 
   std::optional<Failed> unsupported(const Pose& X_WO, const TaskRest& rest, const Place& place) {
@@ -216,13 +218,18 @@ std::optional<Failed> checkScene(const TransportProblem& problem, CollisionWorld
                                     FailureReason::kStartUnsupported, "start", "At the start"})) {
     return failed;
   }
-  if (task.end == TransportEnd::kHold) {
-    task.goal_rest = {false, std::vector<std::string>()};
-    return checker.checkHeldGoal();
+  const bool hold = task.end == TransportEnd::kHold;
+  if (hold) task.goal_rest = {false, std::vector<std::string>()};
+  auto failed = hold ? checker.checkHeldGoal()
+                     : checker.checkRest(task.X_WO_goal, task.goal_rest,
+                                         {FailureReason::kGoalInCollision,
+                                          FailureReason::kGoalUnsupported, "goal", "At its goal"});
+  if (failed) {
+    const auto last = static_cast<std::uint32_t>(task.chain.empty() ? 0 : task.chain.size() - 1);
+    const StageAction end = hold ? StageAction::kCarry : StageAction::kPlace;
+    failed->explanation.farthest = Farthest{toValue(task.X_WO_goal), {}, {last, end}};
   }
-  return checker.checkRest(
-      task.X_WO_goal, task.goal_rest,
-      {FailureReason::kGoalInCollision, FailureReason::kGoalUnsupported, "goal", "At its goal"});
+  return failed;
 }
 
 }  // namespace handover

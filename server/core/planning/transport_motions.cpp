@@ -105,6 +105,8 @@ PrunedGrasps TransportMotions::pruneGiverAt(std::size_t handover, const Pose& X_
                            receiver.grasp(receive.grasp).closed);
   query.open.hands = query.closed.hands = {handover, handover + 1};
   for (const auto& take : takes.kept) query.candidates.push_back(take.grasp);
+  query.other_hand = &receiver;
+  query.conflicts = &hand_conflicts_[{handover, receive.grasp}];
   query.cost = [&](int grasp, const ArmVector& q) {
     const FeasibleGrasp* take = takes.find(grasp);
     const double come =
@@ -117,18 +119,32 @@ PrunedGrasps TransportMotions::pruneGiverAt(std::size_t handover, const Pose& X_
 
 bool TransportMotions::reaches(const Manipulator& arm, const Pose& X_WT) {
   const bool closed_form = arm.kinematics->closedForm();
-  if (!closed_form && !arm.mapReaches(X_WT)) return false;
+  if (closed_form ? !arm.kinematics->mayReach(arm.worldToArm(X_WT)) : !arm.mapReaches(X_WT)) {
+    return false;
+  }
+  ++ik_looks_;
   const bool reached = arm.reaches(X_WT);
   if (!closed_form && !reached) ++failed_ik_solves_;
   return reached;
 }
 
-bool TransportMotions::giverReaches(std::size_t handover, const Pose& X_WH,
+bool TransportMotions::giverReaches(std::size_t handover, const Pose& X_WH, int receive,
                                     const PrunedGrasps& takes) {
   const Manipulator& arm = at(handover);
+  const HandConflicts& conflicts = hand_conflicts_[{handover, receive}];
   return std::any_of(takes.kept.begin(), takes.kept.end(), [&](const FeasibleGrasp& take) {
-    return reaches(arm, X_WH * arm.grasp(take.grasp).X_OT);
+    return !conflicts.contains(take.grasp) && reaches(arm, X_WH * arm.grasp(take.grasp).X_OT);
   });
+}
+
+std::optional<BodyPair> TransportMotions::handsInTheWay(std::size_t handover, int receive,
+                                                        const PrunedGrasps& takes) {
+  const HandConflicts& conflicts = hand_conflicts_[{handover, receive}];
+  if (conflicts.size() < takes.kept.size()) return std::nullopt;
+  for (const FeasibleGrasp& take : takes.kept) {
+    if (!conflicts.contains(take.grasp)) return std::nullopt;
+  }
+  return conflicts.at(takes.kept.front().grasp);
 }
 
 bool TransportMotions::receiverReaches(std::size_t handover, const Pose& X_WH, int grasp) {
@@ -304,8 +320,20 @@ std::optional<TransportMotions::DualGrasp> TransportMotions::dualGraspAt(
   return DualGrasp{q_g, q_r, reversed(std::move(*back)), std::move(*away)};
 }
 
+/// Hands that were found to meet at no pose are not looked at again.
 std::optional<TransportMotions::DualGrasp> TransportMotions::dualGrasp(
     std::size_t handover, const TransportTuple& tuple) {
+  const HandsAt hands{handover, tuple.holders[handover].give.grasp,
+                      tuple.holders[handover + 1].take.grasp};
+  if (hopeless_hands_.contains(hands)) return std::nullopt;
+  bool hopeless = false;
+  auto found = findDualGrasp(handover, tuple, hopeless);
+  if (hopeless) hopeless_hands_.insert(hands);
+  return found;
+}
+
+std::optional<TransportMotions::DualGrasp> TransportMotions::findDualGrasp(
+    std::size_t handover, const TransportTuple& tuple, bool& hopeless) {
   const FeasibleGrasp& give = tuple.holders[handover].give;
   const FeasibleGrasp& receive = tuple.holders[handover + 1].take;
   const Manipulator& giver = at(handover);
@@ -320,7 +348,6 @@ std::optional<TransportMotions::DualGrasp> TransportMotions::dualGrasp(
   };
   const Pose X_WTg_back =
       giver.backedOff(hands.X_WTg, problem_.settings.linear_motion.retreat.back());
-  bool hopeless = false;
   for (std::size_t i = 0; i < most(give); ++i) {
     const ArmVector& q_g = give.configurations[i];
     // Mostly the arm cannot fold so far.

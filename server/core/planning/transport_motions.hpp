@@ -9,6 +9,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <variant>
 #include <vector>
 
@@ -46,12 +47,19 @@ class TransportMotions {
 
   /// Whether the giver's arm has any configuration at all with O at X_WH, by a grasp it can take
   /// with; whether the receiver's has any with its grasp. Asked first: most poses fail here.
-  bool giverReaches(std::size_t handover, const Pose& X_WH, const PrunedGrasps& takes);
+  /// @param receive  grasps of the giver that are known to be in the way of this one are left out.
+  bool giverReaches(std::size_t handover, const Pose& X_WH, int receive, const PrunedGrasps& takes);
+  /// The hands that meet where every grasp of the giver is known to be in the receiver's way.
+  std::optional<BodyPair> handsInTheWay(std::size_t handover, int receive,
+                                        const PrunedGrasps& takes);
   bool receiverReaches(std::size_t handover, const Pose& X_WH, int grasp);
 
   /// How often these two have asked for a configuration by least squares and found none, which
   /// takes a hundred times as long as the closed form.
   std::uint32_t failedIkSolves() const { return failed_ik_solves_; }
+
+  /// How often these two have asked for a configuration at all.
+  std::uint32_t ikLooks() const { return ik_looks_; }
 
   /// Drops the receiver's leading configurations until one has a collision-free straight approach,
   /// the giver out of the way; false, nothing changed, if none has.
@@ -60,6 +68,9 @@ class TransportMotions {
   /// Whether both hands can be at the object at a handover, come and leave, whatever comes before.
   /// @param tuple  set from the giver's give and the receiver's take on.
   bool handsMeet(std::size_t handover, const TransportTuple& tuple);
+
+  /// Whether the first holder can take the object by a grasp, whatever follows.
+  bool canTake(const FeasibleGrasp& take) { return pickMotion(take).has_value(); }
 
   /// All motions of a tuple, or the stage at which none was found.
   std::variant<TransportPath, MotionFailure> connect(const TransportTuple& tuple);
@@ -122,6 +133,8 @@ class TransportMotions {
   const std::optional<PlaceMotion>& placeMotion(const FeasibleGrasp& give);
   std::optional<PlaceMotion> placeAt(const FeasibleGrasp& give, const ArmVector& q);
   std::optional<DualGrasp> dualGrasp(std::size_t handover, const TransportTuple& tuple);
+  std::optional<DualGrasp> findDualGrasp(std::size_t handover, const TransportTuple& tuple,
+                                         bool& hopeless);
   struct HandPair;
   std::optional<DualGrasp> dualGraspAt(const HandPair& hands, const CellState& given,
                                        const ArmVector& q_g, const ArmVector& q_r,
@@ -157,7 +170,17 @@ class TransportMotions {
   std::map<int, std::optional<PickMotion>> picks_;    ///< by the first holder's grasp
   std::map<int, std::optional<PlaceMotion>> places_;  ///< by the last holder's grasp
   std::vector<FailedCarry> failed_carries_;
-  std::uint32_t failed_ik_solves_ = 0;
+
+  /// Two grasps at one handover.
+  struct HandsAt {
+    std::size_t handover;
+    int give, receive;
+    auto operator<=>(const HandsAt&) const = default;
+  };
+
+  std::set<HandsAt> hopeless_hands_;
+  std::map<std::pair<std::size_t, int>, HandConflicts> hand_conflicts_;  ///< by receiver's grasp
+  std::uint32_t failed_ik_solves_ = 0, ik_looks_ = 0;
 };
 
 }  // namespace handover

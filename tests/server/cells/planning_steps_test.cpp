@@ -101,7 +101,7 @@ TEST_F(PlanningStepsTest, ArmsTheRequestLeavesOutAreExcludedOrNamedByWhatElseThe
   EXPECT_TRUE(ranking.arms.empty());
   EXPECT_EQ(ranking.scores[0].rejected, Cause::kExcluded);
   const Failed why = explainArms(problem_, PruningPlace::kGoal, ranking);
-  EXPECT_EQ(why.reason, FailureReason::kGoalUnreachable);
+  EXPECT_EQ(why.reason, FailureReason::kNoGrasp);  // its hand is full, wherever the goal is
   EXPECT_THAT(why.explanation.text, HasSubstr("hubo/left is excluded by the request"));
   EXPECT_THAT(why.explanation.text, HasSubstr("hubo/right holds tray"));
 }

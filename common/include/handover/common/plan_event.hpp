@@ -50,15 +50,16 @@ enum class Cause {
   kNoPath,            ///< no path found
   kTiming,            ///< the timed curve touches something
   kUnsupported,       ///< the object rests on nothing
+  kDeadline,          ///< passed before anything was counted
 };
 
 template <>
 struct EnumNames<Cause> {
   static constexpr std::array value{
-      "unspecified", "not_in_map", "holds_object", "no_gripper",        "no_grasps",
-      "excluded",    "no_ik",      "limits",       "self_collision",    "collision",
-      "tilt",        "grip",       "hands_meet",   "straight_approach", "no_path",
-      "timing",      "unsupported"};
+      "unspecified", "not_in_map",  "holds_object", "no_gripper",        "no_grasps",
+      "excluded",    "no_ik",       "limits",       "self_collision",    "collision",
+      "tilt",        "grip",        "hands_meet",   "straight_approach", "no_path",
+      "timing",      "unsupported", "deadline"};
 };
 
 /// What a stage does (design §5, Stages).
