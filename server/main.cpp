@@ -123,7 +123,7 @@ int prepareFiles(const Options& options) {
   ProgressBar bar;
   CellService service(setup.root, setup.settings.cells, cacheFolder(setup.settings.cache),
                       std::ref(bar), options.force);
-  service.prepare(Deadline());
+  service.prepareAll(Deadline());
   return kExitDone;
 }
 

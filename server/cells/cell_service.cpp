@@ -106,24 +106,38 @@ std::vector<CellInfo> CellService::cells() const {
   return infos;
 }
 
-void CellService::prepare(const Deadline& deadline) {
-  for (const auto& loaded : cells_) {
-    std::set<std::string> objects;
-    for (const auto& task : loaded.instance.tasks) objects.insert(task.object);
-    for (const auto& object : objects) resources(*loaded.instance.scene, object, deadline);
+void CellService::prepareCell(const Loaded& loaded, const Deadline& deadline) {
+  std::set<std::string> objects;
+  for (const auto& task : loaded.instance.tasks) objects.insert(task.object);
+  for (const auto& object : objects) {
+    resources(*loaded.instance.scene, object, deadline, Missing::kMake);
   }
 }
 
+bool CellService::prepareNext(const Deadline& deadline) {
+  if (next_to_prepare_ == cells_.size()) return false;
+  prepareCell(cells_[next_to_prepare_], deadline);
+  return ++next_to_prepare_ < cells_.size();
+}
+
+void CellService::prepareAll(const Deadline& deadline) {
+  for (const Loaded& loaded : cells_) prepareCell(loaded, deadline);
+}
+
+void CellService::prepare(const PlanRequest& request, const Deadline& deadline) {
+  (void)problemOf(request, deadline, Missing::kMake);
+}
+
 std::vector<RobotResources> CellService::resources(const Scene& scene, const std::string& object,
-                                                   const Deadline& deadline) {
+                                                   const Deadline& deadline, Missing missing) {
   const SceneObject& target = scene.objects[static_cast<std::size_t>(scene.findObject(object))];
   std::vector<RobotResources> all;
   for (const auto& robot : scene.robots) {
     RobotResources mine;
     for (int arm = 0; arm < static_cast<int>(robot.model->arms.size()); ++arm) {
       mine.kinematics.push_back(cache_.kinematics(robot.model, arm));
-      mine.maps.push_back(cache_.map(robot, arm, deadline));
-      mine.grasps.push_back(cache_.grasps(target, robot, arm, deadline));
+      mine.maps.push_back(cache_.map(robot, arm, deadline, missing));
+      mine.grasps.push_back(cache_.grasps(target, robot, arm, deadline, missing));
     }
     all.push_back(std::move(mine));
   }
@@ -132,7 +146,8 @@ std::vector<RobotResources> CellService::resources(const Scene& scene, const std
 
 std::variant<TransportProblem, Outcome> CellService::problemOf(const Loaded& loaded,
                                                                const PlanRequest& request,
-                                                               const Deadline& deadline) {
+                                                               const Deadline& deadline,
+                                                               Missing missing) {
   Cell::Instance instance = loaded.instance;
   std::vector<Fault> faults;
   if (!request.overrides.empty()) {
@@ -149,7 +164,9 @@ std::variant<TransportProblem, Outcome> CellService::problemOf(const Loaded& loa
   checkSearch(request, problem.task, faults);
   if (!faults.empty()) return badRequest(std::move(faults));
   try {
-    problem.resources = resources(*instance.scene, problem.task.object, deadline);
+    problem.resources = resources(*instance.scene, problem.task.object, deadline, missing);
+  } catch (const NotPrepared&) {
+    throw;
   } catch (const std::runtime_error& error) {
     // Maps and grasps of a changed robot or object take long to make.
     if (deadline.state() == Deadline::State::kCancelled) return Cancelled{};
@@ -159,6 +176,7 @@ std::variant<TransportProblem, Outcome> CellService::problemOf(const Loaded& loa
     late.explanation.filter = "prepare";
     late.explanation.text =
         std::string("The deadline passed while maps and grasps were made: ") + error.what();
+    late.explanation.causes = {{Cause::kDeadline, {}, {}, 1}};
     return late;
   }
   std::shared_ptr<const Scene> scene = instance.scene;
@@ -184,7 +202,8 @@ std::variant<TransportProblem, Outcome> CellService::problemOf(const Loaded& loa
 }
 
 std::variant<TransportProblem, Outcome> CellService::problemOf(const PlanRequest& request,
-                                                               const Deadline& deadline) {
+                                                               const Deadline& deadline,
+                                                               Missing missing) {
   const Loaded* loaded = find(request.cell);
   if (loaded == nullptr)
     return Rejected{RejectionReason::kUnknownCell, {{"cell", "no cell '" + request.cell + "'"}}};
@@ -197,35 +216,64 @@ std::variant<TransportProblem, Outcome> CellService::problemOf(const PlanRequest
     return Rejected{RejectionReason::kSceneChanged,
                     {{"expected_hash", "the scene's hash is " + loaded->scene_hash}}};
   }
-  return problemOf(*loaded, request, deadline);
+  return problemOf(*loaded, request, deadline, missing);
 }
 
-Outcome CellService::plan(const PlanRequest& request, PlanEventSink& sink,
-                          const Deadline& deadline) {
-  auto problem = problemOf(request, deadline);
-  if (auto* refused = std::get_if<Outcome>(&problem)) return std::move(*refused);
-  Outcome outcome = planTransport(std::get<TransportProblem>(problem), sink, deadline);
-  if (auto* failed = std::get_if<Failed>(&outcome)) {
-    explain(*find(request.cell), request, std::get<TransportProblem>(problem), sink, deadline,
-            *failed);
-    if (deadline.state() == Deadline::State::kCancelled) return Cancelled{};
+std::optional<Outcome> CellService::plan(const PlanRequest& request, PlanEventSink& sink,
+                                         const Deadline& deadline, const OthersWait& others_wait) {
+  try {
+    auto problem = problemOf(request, deadline, Missing::kThrow);
+    if (auto* refused = std::get_if<Outcome>(&problem)) return std::move(*refused);
+    return solve(request, std::get<TransportProblem>(problem), sink, deadline, others_wait);
+  } catch (const NotPrepared&) {
+    return std::nullopt;
   }
+}
+
+Outcome CellService::planAlone(const PlanRequest& request, PlanEventSink& sink,
+                               const Deadline& deadline) {
+  auto problem = problemOf(request, deadline, Missing::kMake);
+  if (auto* refused = std::get_if<Outcome>(&problem)) return std::move(*refused);
+  return solve(request, std::get<TransportProblem>(problem), sink, deadline, [] { return false; });
+}
+
+Outcome CellService::solve(const PlanRequest& request, const TransportProblem& problem,
+                           PlanEventSink& sink, const Deadline& deadline,
+                           const OthersWait& others_wait) {
+  Outcome outcome = planTransport(problem, sink, deadline);
+  auto* failed = std::get_if<Failed>(&outcome);
+  if (failed == nullptr) return outcome;
+  Explanation& why = failed->explanation;
+  if (!request.wants_fix) why.fix_text = "Not sought: the request declined it.";
+  sink.emit(Failure{failed->reason, why});
+  if (request.wants_fix) {
+    addNearestFix(*find(request.cell), request, problem, deadline, others_wait, *failed);
+  }
+  if (!why.nearest_fix.empty()) sink.emit(Fix{why.nearest_fix, why.fix_text});
+  if (deadline.state() == Deadline::State::kCancelled) return Cancelled{};
   return outcome;
 }
 
-void CellService::explain(const Loaded& loaded, const PlanRequest& request,
-                          const TransportProblem& problem, PlanEventSink& sink,
-                          const Deadline& deadline, Failed& failed) {
-  sink.emit(Failure{failed.reason, failed.explanation});
-  if (!request.wants_fix) return;
-  addNearestFix(loaded, request, problem, deadline, failed);
-  const Explanation& why = failed.explanation;
-  if (!why.nearest_fix.empty()) sink.emit(Fix{why.nearest_fix, why.fix_text});
+namespace {
+
+/// Enough to tell that a moved cell has a plan: as much as most plans take.
+SearchSettings quickSearch(SearchSettings settings) {
+  settings.thorough_pruning = settings.pruning;
+  settings.wide_poses = 1'000;
+  settings.wide_poses_counted = 0;
+  settings.turned_looks = 20;
+  settings.scattered_poses = 0;
+  settings.most_ik_looks = 10'000;
+  settings.motion_attempts = 4;
+  settings.grasp_attempts = 40;
+  return settings;
 }
+
+}  // namespace
 
 void CellService::addNearestFix(const Loaded& loaded, const PlanRequest& request,
                                 const TransportProblem& problem, const Deadline& deadline,
-                                Failed& failed) {
+                                const OthersWait& others_wait, Failed& failed) {
   if (failed.reason == FailureReason::kDeadline || failed.reason == FailureReason::kInternal)
     return;
   const std::vector<ChainHolder>& chain = problem.task.chain;
@@ -245,25 +293,31 @@ void CellService::addNearestFix(const Loaded& loaded, const PlanRequest& request
     moved.mode = SearchMode::kFirst;
     return moved;
   };
-  const auto maps_allow = [&](const Override& change) {
+  FixQuestions questions;
+  questions.promise = [&](const Override& change) -> std::size_t {
     const auto instance = loaded.cell.instantiate(withChange(change).overrides, loaded.revision);
-    if (!std::holds_alternative<Cell::Instance>(instance)) return false;
+    if (!std::holds_alternative<Cell::Instance>(instance)) return 0;
     TransportProblem moved = problem;  // its bodies, maps and grasps: a move changes none of them
     std::vector<Fault> none;
     moved.task = resolveTask(request, std::get<Cell::Instance>(instance), none);
     moved.scene = startOf(std::get<Cell::Instance>(instance).scene, moved.task);
-    return mapsAllow(moved);
+    return commonPoints(moved);
   };
-  const auto plans = [&](const Override& change) {
-    auto moved = problemOf(loaded, withChange(change), deadline);
-    if (!std::holds_alternative<TransportProblem>(moved)) return false;
+  questions.plans = [&](const Override& change) {
+    auto moved = problemOf(loaded, withChange(change), deadline, Missing::kMake);
+    auto* quick = std::get_if<TransportProblem>(&moved);
+    if (quick == nullptr) return false;
+    quick->settings = quickSearch(quick->settings);
     NullSink null_sink;
-    const Outcome outcome = planTransport(std::get<TransportProblem>(moved), null_sink, deadline);
-    return std::holds_alternative<Done>(outcome);
+    return std::holds_alternative<Done>(planTransport(*quick, null_sink, deadline));
+  };
+  questions.stop = [&]() -> std::string {
+    if (deadline.over()) return "the deadline passed";
+    return others_wait() ? "others waited" : "";
   };
   const auto moves = movesByCost(moved_robot.X_WB.translation(), reachBalls(problem, chain.back()),
-                                 reachBalls(problem, chain.front()));
-  NearestFix fix = findNearestFix(moved_robot, moves, maps_allow, plans, deadline);
+                                 reachBalls(problem, chain.front()), kMostMapLooks, deadline);
+  NearestFix fix = findNearestFix(moved_robot, moves, questions);
   failed.explanation.nearest_fix = std::move(fix.overrides);
   failed.explanation.fix_text = std::move(fix.text);
 }

@@ -25,12 +25,21 @@ class CellService : public PlanService {
               bool force);
 
   std::vector<CellInfo> cells() const override;
-  void prepare(const Deadline& deadline) override;
-  Outcome plan(const PlanRequest& request, PlanEventSink& sink, const Deadline& deadline) override;
+  bool prepareNext(const Deadline& deadline) override;
+  void prepare(const PlanRequest& request, const Deadline& deadline) override;
+  std::optional<Outcome> plan(const PlanRequest& request, PlanEventSink& sink,
+                              const Deadline& deadline, const OthersWait& others_wait) override;
+
+  /// Every cell.
+  void prepareAll(const Deadline& deadline);
+  /// The same as plan() where nobody else waits: what is missing is made.
+  Outcome planAlone(const PlanRequest& request, PlanEventSink& sink, const Deadline& deadline);
 
   /// What plan() solves; or the outcome of a request that cannot be planned at all.
+  /// @throws NotPrepared
   std::variant<TransportProblem, Outcome> problemOf(const PlanRequest& request,
-                                                    const Deadline& deadline);
+                                                    const Deadline& deadline,
+                                                    Missing missing = Missing::kMake);
 
  private:
   struct Loaded {
@@ -44,20 +53,22 @@ class CellService : public PlanService {
   };
 
   const Loaded* find(const std::string& cell) const;
+  void prepareCell(const Loaded& loaded, const Deadline& deadline);
   std::vector<RobotResources> resources(const Scene& scene, const std::string& object,
-                                        const Deadline& deadline);
+                                        const Deadline& deadline, Missing missing);
   /// The request against the cell; or the outcome of one that cannot be planned at all.
   std::variant<TransportProblem, Outcome> problemOf(const Loaded& loaded,
                                                     const PlanRequest& request,
-                                                    const Deadline& deadline);
-  /// Emits the failure, then looks for what would help and adds it.
-  void explain(const Loaded& loaded, const PlanRequest& request, const TransportProblem& problem,
-               PlanEventSink& sink, const Deadline& deadline, Failed& failed);
+                                                    const Deadline& deadline, Missing missing);
+  Outcome solve(const PlanRequest& request, const TransportProblem& problem, PlanEventSink& sink,
+                const Deadline& deadline, const OthersWait& others_wait);
   /// Adds to an explanation what would help.
   void addNearestFix(const Loaded& loaded, const PlanRequest& request,
-                     const TransportProblem& problem, const Deadline& deadline, Failed& failed);
+                     const TransportProblem& problem, const Deadline& deadline,
+                     const OthersWait& others_wait, Failed& failed);
 
   std::vector<Loaded> cells_;
+  std::size_t next_to_prepare_ = 0;
   ModelCache models_;
   ResourceCache cache_;
 };

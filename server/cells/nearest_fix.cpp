@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-#include <set>
 #include <tuple>
+#include <utility>
 
 namespace handover {
 namespace {
@@ -15,8 +15,6 @@ constexpr double kStep = 0.05;                   // [m]
 constexpr double kTurn = std::numbers::pi / 18;  // [rad]
 constexpr double kMetresPerRadian = 0.5;
 constexpr int kTurns = 36;  // of kTurn in a circle
-constexpr std::uint32_t kPlans = 200;
-constexpr std::uint32_t kMapLooks = 20'000;
 
 /// Roll, pitch and yaw [rad] about fixed axes, x first.
 Eigen::Vector3d rpyOf(const Eigen::Matrix3d& R) {
@@ -30,9 +28,9 @@ std::string numbers(const char* format, double a, double b, double c) {
   return text;
 }
 
-/// Moves in the plane that bring a ball's centre so near to another ball that they meet.
+/// Adds the moves in the plane that bring a ball's centre so near to another ball that they meet.
 void addPlaces(const Eigen::Vector3d& centre, double radius, const ReachBall& to,
-               std::set<std::pair<int, int>>& places) {
+               std::vector<std::pair<int, int>>& places) {
   const Eigen::Vector3d offset = to.p_WShoulder - centre;
   const double both = radius + to.radius;
   if (std::abs(offset.z()) > both) return;
@@ -41,15 +39,81 @@ void addPlaces(const Eigen::Vector3d& centre, double radius, const ReachBall& to
   const auto high = [&](double at) { return static_cast<int>(std::floor((at + near) / kStep)); };
   for (int i = low(offset.x()); i <= high(offset.x()); ++i) {
     for (int j = low(offset.y()); j <= high(offset.y()); ++j) {
-      if (std::hypot(kStep * i - offset.x(), kStep * j - offset.y()) <= near) places.emplace(i, j);
+      if (std::hypot(kStep * i - offset.x(), kStep * j - offset.y()) <= near) {
+        places.emplace_back(i, j);
+      }
     }
   }
 }
 
-std::string tried(std::uint32_t looked, std::uint32_t planned) {
-  return std::to_string(looked) + " nearer place(s) were ruled out by the maps, " +
-         std::to_string(planned) + " planned without success";
-}
+/// One search for a fix: what was asked, and what came of it.
+class FixSearch {
+ public:
+  FixSearch(const SceneRobot& receiver, const FixQuestions& questions)
+      : receiver_(receiver), questions_(questions) {}
+
+  NearestFix over(const std::vector<BaseMove>& moves) {
+    std::size_t failed_promise = 0;
+    if (moves.empty()) ended();
+    for (const BaseMove& move : moves) {
+      if (looked_ == kMostMapLooks || ended()) break;
+      ++looked_;
+      const std::size_t promise = questions_.promise(overrideOf(move, receiver_));
+      if (promise == 0) continue;
+      if (promise <= failed_promise) {
+        passed_over_.push_back(&move);
+        continue;
+      }
+      if (plans(move)) return found(move);
+      failed_promise = promise;
+    }
+    for (const BaseMove* move : passed_over_) {
+      if (ended()) break;
+      if (plans(*move)) return found(*move);
+    }
+    return notFound();
+  }
+
+ private:
+  bool ended() {
+    if (planned_ == kMostFixPlans) return true;
+    if (stopped_.empty()) stopped_ = questions_.stop();
+    return !stopped_.empty();
+  }
+
+  bool plans(const BaseMove& move) {
+    if (ended()) return false;
+    ++planned_;
+    return questions_.plans(overrideOf(move, receiver_));
+  }
+
+  std::string tried() const {
+    return "of " + std::to_string(looked_) + " nearer moves that were looked at in the maps, " +
+           std::to_string(planned_) + " were planned";
+  }
+
+  NearestFix found(const BaseMove& move) const {
+    return {{overrideOf(move, receiver_)},
+            "There is a plan with " + receiver_.name +
+                numbers(" moved by (%.2f, %.2f) m and turned by %.0f degrees; ", kStep * move.i,
+                        kStep * move.j, 10.0 * move.turn) +
+                tried() + "."};
+  }
+
+  NearestFix notFound() const {
+    if (looked_ == 0 && !stopped_.empty()) return {{}, "Not sought: " + stopped_ + "."};
+    const std::string why = stopped_.empty() ? "" : "; then " + stopped_;
+    return {
+        {},
+        "No move of " + receiver_.name + " that was tried gives a plan: " + tried() + why + "."};
+  }
+
+  const SceneRobot& receiver_;
+  const FixQuestions& questions_;
+  std::uint32_t looked_ = 0, planned_ = 0;
+  std::string stopped_;
+  std::vector<const BaseMove*> passed_over_;  ///< promised something, by rising cost
+};
 
 }  // namespace
 
@@ -58,31 +122,39 @@ double BaseMove::cost() const {
 }
 
 std::vector<BaseMove> movesByCost(const Eigen::Vector3d& p_WB, const std::vector<ReachBall>& moved,
-                                  const std::vector<ReachBall>& other) {
+                                  const std::vector<ReachBall>& other, std::size_t most,
+                                  const Deadline& deadline) {
   std::vector<std::pair<double, BaseMove>> moves;
+  std::vector<std::pair<int, int>> places;
   for (int turn = 1 - kTurns / 2; turn <= kTurns / 2; ++turn) {
+    if (deadline.over()) return {};
     const Eigen::Matrix3d R =
         Eigen::AngleAxisd(kTurn * turn, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    std::set<std::pair<int, int>> places;
+    places.clear();
     for (const ReachBall& ball : moved) {
       const Eigen::Vector3d turned = p_WB + R * (ball.p_WShoulder - p_WB);
       for (const ReachBall& to : other) addPlaces(turned, ball.radius, to, places);
     }
+    std::sort(places.begin(), places.end());
+    places.erase(std::unique(places.begin(), places.end()), places.end());
     for (const auto& [i, j] : places) {
       const BaseMove move{i, j, turn};
       if (move != BaseMove{}) moves.emplace_back(move.cost(), move);
     }
   }
-  std::sort(moves.begin(), moves.end(), [](const auto& a, const auto& b) {
+  const auto cheaper = [](const auto& a, const auto& b) {
     const auto key = [](const auto& entry) {
       const BaseMove& move = entry.second;
       return std::tuple(entry.first, move.turn, move.i, move.j);
     };
     return key(a) < key(b);
-  });
+  };
+  const std::size_t size = std::min(most, moves.size());
+  std::partial_sort(moves.begin(), moves.begin() + static_cast<std::ptrdiff_t>(size), moves.end(),
+                    cheaper);
   std::vector<BaseMove> sorted;
-  sorted.reserve(moves.size());
-  for (const auto& [cost, move] : moves) sorted.push_back(move);
+  sorted.reserve(size);
+  for (std::size_t i = 0; i < size; ++i) sorted.push_back(moves[i].second);
   return sorted;
 }
 
@@ -97,34 +169,8 @@ Override overrideOf(const BaseMove& move, const SceneRobot& robot) {
 }
 
 NearestFix findNearestFix(const SceneRobot& receiver, const std::vector<BaseMove>& moves,
-                          const std::function<bool(const Override&)>& maps_allow,
-                          const std::function<bool(const Override&)>& plans,
-                          const Deadline& deadline) {
-  std::uint32_t ruled_out = 0, planned = 0;
-  for (const BaseMove& move : moves) {
-    if (deadline.over()) {
-      return {{},
-              "The deadline passed while moves of " + receiver.name +
-                  " were tried: " + tried(ruled_out, planned) + "."};
-    }
-    if (planned >= kPlans || ruled_out >= kMapLooks) break;
-    const Override change = overrideOf(move, receiver);
-    if (!maps_allow(change)) {
-      ++ruled_out;
-      continue;
-    }
-    if (plans(change)) {
-      return {{change},
-              "There is a plan with " + receiver.name +
-                  numbers(" moved by (%.2f, %.2f) m and turned by %.0f degrees; ", kStep * move.i,
-                          kStep * move.j, 10.0 * move.turn) +
-                  tried(ruled_out, planned) + "."};
-    }
-    ++planned;
-  }
-  return {{},
-          "No move of " + receiver.name +
-              " that was tried gives a plan: " + tried(ruled_out, planned) + "."};
+                          const FixQuestions& questions) {
+  return FixSearch(receiver, questions).over(moves);
 }
 
 }  // namespace handover

@@ -24,27 +24,38 @@ struct BaseMove {
   bool operator==(const BaseMove&) const = default;
 };
 
-/// Every move but none, after which a ball of the moved robot meets one of the other's, in rising
-/// cost; ties by turn, i, j.
+/// The `most` cheapest moves, but none at all, after which a ball of the moved robot meets one of
+/// the other's, in rising cost; ties by turn, i, j.
 /// @param p_WB  the moved robot's base; its balls as it stands now.
+/// @return none where the deadline is over.
 std::vector<BaseMove> movesByCost(const Eigen::Vector3d& p_WB, const std::vector<ReachBall>& moved,
-                                  const std::vector<ReachBall>& other);
+                                  const std::vector<ReachBall>& other, std::size_t most,
+                                  const Deadline& deadline);
 
 /// The override that makes the move: the base as a whole, in the world.
 Override overrideOf(const BaseMove& move, const SceneRobot& robot);
+
+/// What is asked of a cell with its receiver moved.
+struct FixQuestions {
+  /// How much the reachability maps promise, 0: nothing; cheap.
+  std::function<std::size_t(const Override&)> promise;
+  /// Whether it has a plan.
+  std::function<bool(const Override&)> plans;
+  /// Why the search is to end now, for people; empty: it is not. Asked before each of the others.
+  std::function<std::string()> stop;
+};
 
 struct NearestFix {
   std::vector<Override> overrides;  ///< empty: none was found
   std::string text;                 ///< what was tried and found, for people
 };
 
-/// Tries moves of the receiver, a list of movesByCost(), until one gives a plan.
-/// @param maps_allow  whether the reachability maps leave the moved cell a chance; cheap.
-/// @param plans       whether the moved cell has a plan; asked at most 200 times.
-/// Stops early, saying so, when the deadline is over.
+/// At most this is asked for one failure: about the work of a failed search.
+inline constexpr std::uint32_t kMostFixPlans = 20, kMostMapLooks = 2'000;
+
+/// Tries moves of the receiver, a list of movesByCost(), until one gives a plan: those first that
+/// the maps promise more than those that failed.
 NearestFix findNearestFix(const SceneRobot& receiver, const std::vector<BaseMove>& moves,
-                          const std::function<bool(const Override&)>& maps_allow,
-                          const std::function<bool(const Override&)>& plans,
-                          const Deadline& deadline);
+                          const FixQuestions& questions);
 
 }  // namespace handover

@@ -67,12 +67,14 @@ std::shared_ptr<const ArmKinematics> ResourceCache::kinematics(
 
 template <typename Product, typename Make>
 std::shared_ptr<const Product> ResourceCache::get(Shelf<Product>& shelf, std::uint64_t hash,
-                                                  const Deadline& deadline, Make make) {
+                                                  const Deadline& deadline, Missing missing,
+                                                  Make make) {
   MutexLock lock(mutex_);
   while (true) {
     if (const auto known = shelf.products.find(hash); known != shelf.products.end()) {
       return known->second;
     }
+    if (missing == Missing::kThrow) throw NotPrepared("not in memory");
     if (!shelf.in_progress.contains(hash)) break;
     if (deadline.over()) throw std::runtime_error("stopped while another request made it");
     made_.wait_for(lock, kDeadlineCheck);
@@ -100,11 +102,12 @@ std::shared_ptr<const Product> ResourceCache::get(Shelf<Product>& shelf, std::ui
 }
 
 std::shared_ptr<const ReachabilityMap> ResourceCache::map(const SceneRobot& robot, int arm,
-                                                          const Deadline& deadline) {
+                                                          const Deadline& deadline,
+                                                          Missing missing) {
   // Each arm's hash covers them all.
   const std::uint64_t hash =
       ReachabilityMap::hash(*robot.model, 0, robot.q_start, ReachabilityParams{});
-  const auto maps = get(maps_, hash, deadline, [&] {
+  const auto maps = get(maps_, hash, deadline, missing, [&] {
     const std::vector<MapFile> files = mapFiles(robot);
     if (auto kept = force_ ? nullptr : readMaps(files)) return kept;
     makeMaps(robot, files, deadline);
@@ -167,13 +170,13 @@ void ResourceCache::makeMaps(const SceneRobot& robot, const std::vector<MapFile>
 
 std::shared_ptr<const GraspSet> ResourceCache::grasps(const SceneObject& object,
                                                       const SceneRobot& robot, int arm,
-                                                      const Deadline& deadline) {
+                                                      const Deadline& deadline, Missing missing) {
   const int hand = robot.model->arms[static_cast<std::size_t>(arm)].hand;
   if (hand < 0) return nullptr;
   const GraspParams params =
       graspParams(object, robot, robot.model->hands[static_cast<std::size_t>(hand)]);
   const std::uint64_t hash = graspSetHash(object, *robot.model, arm, params);
-  return get(grasps_, hash, deadline,
+  return get(grasps_, hash, deadline, missing,
              [&] { return makeGrasps(object, robot, arm, hash, deadline); });
 }
 

@@ -12,10 +12,20 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace handover {
+
+/// Something is not in memory, and whoever asked does not want to wait until it is.
+struct NotPrepared : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// What becomes of a product that is not in memory: it is read or made, which may take minutes; or
+/// NotPrepared is thrown at once.
+enum class Missing { kMake, kThrow };
 
 /// Offline products of one cache folder, made when missing or out of date. Safe from any thread:
 /// each product is made once, by the first that asks for it; others that want the same wait, those
@@ -30,11 +40,11 @@ class ResourceCache {
 
   /// @throws std::runtime_error with the reason when the map can neither be read nor made.
   std::shared_ptr<const ReachabilityMap> map(const SceneRobot& robot, int arm,
-                                             const Deadline& deadline);
+                                             const Deadline& deadline, Missing missing);
   /// The grasps of `object` by the hand of the arm; nullptr when it has none. An empty set says
   /// why.
   std::shared_ptr<const GraspSet> grasps(const SceneObject& object, const SceneRobot& robot,
-                                         int arm, const Deadline& deadline);
+                                         int arm, const Deadline& deadline, Missing missing);
   std::shared_ptr<const ArmKinematics> kinematics(const std::shared_ptr<const RobotModel>& model,
                                                   int arm);
 
@@ -47,7 +57,7 @@ class ResourceCache {
 
   template <typename Product, typename Make>
   std::shared_ptr<const Product> get(Shelf<Product>& shelf, std::uint64_t hash,
-                                     const Deadline& deadline, Make make);
+                                     const Deadline& deadline, Missing missing, Make make);
   /// The maps of a robot's arms, made together.
   using RobotMaps = std::vector<std::shared_ptr<const ReachabilityMap>>;
 

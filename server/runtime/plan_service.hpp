@@ -8,27 +8,38 @@
 #include <handover/common/plan_event.hpp>
 #include <handover/common/status.hpp>
 
+#include <functional>
+#include <optional>
 #include <vector>
 
 namespace handover {
 
-/// Implementations are safe from any worker thread.
+/// Whether other requests wait for the worker that answers this one.
+using OthersWait = std::function<bool()>;
+
+/// plan() is safe from any worker thread, beside one thread that prepares.
 class PlanService {
  public:
   virtual ~PlanService() = default;
 
-  /// Cells served, in a fixed order; available before prepare() has ended.
+  /// Cells served, in a fixed order; available before any is prepared.
   virtual std::vector<CellInfo> cells() const = 0;
 
-  /// Builds what is missing (maps, grasp sets). Called once, before the first plan(); stops early
-  /// when the deadline is cancelled. @throws std::exception with the reason when it cannot.
-  virtual void prepare(const Deadline& deadline) = 0;
+  /// Makes what one more cell needs (maps, grasp sets); false when no cell lacks anything. Stops
+  /// early when the deadline is over. @throws std::exception with the reason when it cannot.
+  virtual bool prepareNext(const Deadline& deadline) = 0;
+
+  /// Makes what a request needs whose cell is not prepared, or that changes robots or objects.
+  /// @throws std::exception with the reason when it cannot.
+  virtual void prepare(const PlanRequest& request, const Deadline& deadline) = 0;
 
   /// Answers a request whose fields were validated and whose cell is one of cells(): checks names,
   /// task, overrides and the expected revision (Rejected with every fault), plans, emits events to
-  /// the sink and returns the outcome without emitting it.
-  virtual Outcome plan(const PlanRequest& request, PlanEventSink& sink,
-                       const Deadline& deadline) = 0;
+  /// the sink and returns the outcome without emitting it. nullopt: something has to be made first,
+  /// which takes long; nothing was emitted. What would help a failed request is sought only while
+  /// nobody else waits.
+  virtual std::optional<Outcome> plan(const PlanRequest& request, PlanEventSink& sink,
+                                      const Deadline& deadline, const OthersWait& others_wait) = 0;
 };
 
 }  // namespace handover

@@ -11,11 +11,15 @@
 #include <algorithm>
 #include <atomic>
 #include <fstream>
+#include <optional>
 
 namespace handover {
 namespace {
 
 using namespace std::chrono_literals;
+
+/// What a request needs can be pushed out of the cache by others before its turn comes.
+constexpr int kMostPreparations = 3;
 
 Failed failed(FailureReason reason, std::string filter, const std::string& text) {
   Failed outcome;
@@ -90,6 +94,7 @@ class Runtime::Stream : public PlanEventSink {
   const Clock::time_point taken_at;
   std::optional<Clock::time_point> deadline_at;
   Deadline deadline;
+  int prepared = 0;  ///< how often what it needs was made for it
 
  private:
   Endpoint& endpoint_;
@@ -120,10 +125,13 @@ void Runtime::stop() {
     if (stopping_) return;
     stopping_ = true;
     queued.swap(queue_);
+    queued.insert(queued.end(), unprepared_.begin(), unprepared_.end());
+    unprepared_.clear();
     preparing_.cancel();
     for (const auto& [id, stream] : open_) stream->cancel(CancelCause::kDaemonStopping);
   }
   work_.notify_all();
+  lacks_.notify_all();
   report_.notify_all();
   for (const auto& stream : queued) finish(stream, Cancelled{CancelCause::kDaemonStopping});
   threads_.clear();  // joins
@@ -175,7 +183,7 @@ void Runtime::onRequest(const PlanRequest& request) {
   bool full = false;
   {
     const MutexLock lock(mutex_);
-    full = queue_.size() >= settings_.queue_capacity;
+    full = queue_.size() + unprepared_.size() >= settings_.queue_capacity;
     ahead = static_cast<std::uint32_t>(queue_.size()) + running_;
     if (!full) {
       open_[request.id] = stream;
@@ -221,10 +229,11 @@ void Runtime::onCancel(const RequestId& id, CancelCause cause) {
     const auto found = open_.find(id);
     if (found == open_.end()) return;
     found->second->cancel(cause);
-    const auto waiting = std::find(queue_.begin(), queue_.end(), found->second);
-    if (waiting != queue_.end()) {
-      queued = *waiting;
-      queue_.erase(waiting);
+    for (std::deque<StreamPtr>* waiting : {&queue_, &unprepared_}) {
+      const auto at = std::find(waiting->begin(), waiting->end(), found->second);
+      if (at == waiting->end()) continue;
+      queued = *at;
+      waiting->erase(at);
     }
   }
   if (queued) finish(queued, Cancelled{cause});
@@ -272,7 +281,13 @@ void Runtime::send(Stream& stream, Outcome outcome) {
                           1e3 * stream.elapsed());
 }
 
-Outcome Runtime::answer(Stream& stream) {
+bool Runtime::othersWait() const {
+  const MutexLock lock(mutex_);
+  return !queue_.empty();
+}
+
+/// nullopt: something has to be made first.
+std::optional<Outcome> Runtime::answer(Stream& stream) {
   switch (stream.deadline.state()) {
     case Deadline::State::kCancelled:
       return Cancelled{};
@@ -289,7 +304,10 @@ Outcome Runtime::answer(Stream& stream) {
   }
   // The one catch for broken promises of our own: the request fails, the daemon lives.
   try {
-    return service_.plan(stream.request, stream, stream.deadline);
+    if (stream.prepared > kMostPreparations) {
+      return failed(FailureReason::kInternal, "prepare", "What it needs is gone as soon as made.");
+    }
+    return service_.plan(stream.request, stream, stream.deadline, [this] { return othersWait(); });
   } catch (const std::exception& error) {
     logger("runtime")->error("request {}: {}", stream.request.id.hex(), error.what());
     return failed(FailureReason::kInternal, "internal", error.what());
@@ -299,18 +317,23 @@ Outcome Runtime::answer(Stream& stream) {
   }
 }
 
+void Runtime::expire(std::deque<StreamPtr>& waiting, std::vector<StreamPtr>& late) {
+  for (auto it = waiting.begin(); it != waiting.end();) {
+    if ((*it)->deadline.over()) {
+      late.push_back(*it);
+      it = waiting.erase(it);
+    } else {
+      ++it;
+    }
+  }
+}
+
 void Runtime::expireQueued() {
   std::vector<StreamPtr> late;
   {
     const MutexLock lock(mutex_);
-    for (auto it = queue_.begin(); it != queue_.end();) {
-      if ((*it)->deadline.over()) {
-        late.push_back(*it);
-        it = queue_.erase(it);
-      } else {
-        ++it;
-      }
-    }
+    expire(queue_, late);
+    expire(unprepared_, late);
   }
   for (const auto& stream : late) {
     finish(stream, failed(FailureReason::kDeadline, "queue", "The deadline passed in the queue."));
@@ -329,7 +352,7 @@ void Runtime::publishStatus() {
     status.state = stopping_ ? DaemonState::kStopping
                    : ready_  ? DaemonState::kReady
                              : DaemonState::kPreparing;
-    status.queued = static_cast<std::uint32_t>(queue_.size());
+    status.queued = static_cast<std::uint32_t>(queue_.size() + unprepared_.size());
     status.running = running_;
     status.counters = counters_;
   }
@@ -338,28 +361,76 @@ void Runtime::publishStatus() {
 
 // Threads.
 
-void Runtime::prepareLoop() noexcept {
-  nameThread("prepare");
+Runtime::StreamPtr Runtime::nextUnprepared(bool& stop) {
+  MutexLock lock(mutex_);
+  lacks_.wait(lock, [this]() HANDOVER_REQUIRES(mutex_) {
+    return stopping_ || !ready_ || !unprepared_.empty();
+  });
+  stop = stopping_;
+  if (stop || unprepared_.empty()) return nullptr;
+  StreamPtr stream = unprepared_.front();
+  unprepared_.pop_front();
+  return stream;
+}
+
+/// Makes what a request lacks and queues it again, before those that came after it.
+void Runtime::prepareRequest(const StreamPtr& stream) {
+  std::optional<Outcome> failure;
+  ++stream->prepared;
+  try {
+    service_.prepare(stream->request, stream->deadline);
+  } catch (const std::exception& error) {
+    if (!stream->deadline.over())
+      failure = failed(FailureReason::kInternal, "prepare", error.what());
+  } catch (...) {
+    failure = failed(FailureReason::kInternal, "prepare", "unknown exception");
+  }
+  {
+    const MutexLock lock(mutex_);
+    if (!failure && stopping_) failure = Cancelled{CancelCause::kDaemonStopping};
+    if (!failure) {
+      const auto later = [&](const StreamPtr& it) { return it->taken_at > stream->taken_at; };
+      queue_.insert(std::find_if(queue_.begin(), queue_.end(), later), stream);
+    }
+  }
+  if (failure) return finish(stream, std::move(*failure));
+  work_.notify_one();
+}
+
+/// One more cell; where none is left, or one cannot be prepared, the daemon is ready.
+void Runtime::prepareCell() {
+  bool more = false;
   std::string failure;
   try {
-    service_.prepare(preparing_);
+    more = service_.prepareNext(preparing_);
   } catch (const std::exception& error) {
     failure = error.what();
   } catch (...) {
     failure = "unknown exception";
   }
-  const bool stopped = preparing_.over();
-  if (!failure.empty() && !stopped) logger("runtime")->error("preparing failed: {}", failure);
+  if (more || preparing_.over()) return;
+  if (!failure.empty()) logger("runtime")->error("preparing failed: {}", failure);
   {
     const MutexLock lock(mutex_);
     ready_ = true;
     changed_ = true;
-    if (!stopped && !failure.empty()) prepare_failure_ = "preparing failed: " + failure;
+    if (!failure.empty()) prepare_failure_ = "preparing failed: " + failure;
   }
-  work_.notify_all();
   report_.notify_one();
-  if (!failure.empty() && !stopped && settings_.on_prepare_failed) {
-    settings_.on_prepare_failed(failure);
+  if (!failure.empty() && settings_.on_prepare_failed) settings_.on_prepare_failed(failure);
+}
+
+void Runtime::prepareLoop() noexcept {
+  nameThread("prepare");
+  while (true) {
+    bool stop = false;
+    const StreamPtr stream = nextUnprepared(stop);
+    if (stop) return;
+    if (stream) {
+      prepareRequest(stream);
+    } else {
+      prepareCell();
+    }
   }
 }
 
@@ -369,9 +440,7 @@ void Runtime::workerLoop(int index) noexcept {
     StreamPtr stream;
     {
       MutexLock lock(mutex_);
-      work_.wait(lock, [this]() HANDOVER_REQUIRES(mutex_) {
-        return stopping_ || (ready_ && !queue_.empty());
-      });
+      work_.wait(lock, [this]() HANDOVER_REQUIRES(mutex_) { return stopping_ || !queue_.empty(); });
       if (stopping_) return;  // stop() answers what is queued
       stream = queue_.front();
       queue_.pop_front();
@@ -379,12 +448,17 @@ void Runtime::workerLoop(int index) noexcept {
       changed_ = true;
     }
     report_.notify_one();
-    Outcome outcome = answer(*stream);
+    std::optional<Outcome> outcome = answer(*stream);
     {
       const MutexLock lock(mutex_);
       --running_;
+      if (!outcome && stopping_) outcome = Cancelled{CancelCause::kDaemonStopping};
+      if (!outcome) unprepared_.push_back(stream);
+      changed_ = true;
     }
-    finish(stream, std::move(outcome));
+    if (outcome) finish(stream, std::move(*outcome));
+    lacks_.notify_one();
+    report_.notify_one();
   }
 }
 
@@ -398,8 +472,10 @@ void Runtime::statusLoop() noexcept {
     // At most 20 reports a second, at least one; queued deadlines in time.
     report_.wait_for(lock, 50ms, [this]() HANDOVER_REQUIRES(mutex_) { return stopping_; });
     auto until = Clock::now() + 950ms;
-    for (const auto& stream : queue_) {
-      if (stream->deadline_at) until = std::min(until, *stream->deadline_at);
+    for (const std::deque<StreamPtr>* waiting : {&queue_, &unprepared_}) {
+      for (const auto& stream : *waiting) {
+        if (stream->deadline_at) until = std::min(until, *stream->deadline_at);
+      }
     }
     report_.wait_until(lock, until,
                        [this]() HANDOVER_REQUIRES(mutex_) { return stopping_ || changed_; });

@@ -26,12 +26,14 @@ struct RuntimeSettings {
   std::size_t remembered = 4096;    ///< ids of answered requests, rejected when they come again
   DaemonId id{};
   std::string version;
-  /// Called once, from the preparing thread, when prepare() threw; requests fail from then on.
+  /// Called once, from the preparing thread, when a cell cannot be prepared; requests fail from
+  /// then on.
   std::function<void(const std::string&)> on_prepare_failed;
 };
 
 /// Owns the threads between endpoint and planning. Requests are accepted as soon as start()
-/// returned and wait while prepare() runs.
+/// returned. One thread makes what cells and single requests lack, so that a worker never does: a
+/// request that has to wait for it holds up nobody else.
 class Runtime : public RequestHandler {
  public:
   /// @pre service and endpoint outlive the runtime.
@@ -64,7 +66,14 @@ class Runtime : public RequestHandler {
   void reject(const StreamPtr& stream, RejectionReason reason, std::vector<Fault> faults);
   void finish(const StreamPtr& stream, Outcome outcome);
   void send(Stream& stream, Outcome outcome);
-  Outcome answer(Stream& stream);
+  std::optional<Outcome> answer(Stream& stream);
+  bool othersWait() const;
+  /// Next for the preparing thread: nullptr and `stop` false: a cell.
+  StreamPtr nextUnprepared(bool& stop);
+  void prepareRequest(const StreamPtr& stream);
+  void prepareCell();
+  void expire(std::deque<StreamPtr>& waiting, std::vector<StreamPtr>& late)
+      HANDOVER_REQUIRES(mutex_);
   void expireQueued();
   void publishStatus();
 
@@ -78,9 +87,11 @@ class Runtime : public RequestHandler {
   const Deadline preparing_;  ///< cancelled at stop
 
   mutable Mutex mutex_;
-  Condition work_;    // queue_, ready_, stopping_ changed
+  Condition work_;    // queue_, stopping_ changed
+  Condition lacks_;   // unprepared_, stopping_ changed
   Condition report_;  // something to report, a new deadline, or stopping
   std::deque<StreamPtr> queue_ HANDOVER_GUARDED_BY(mutex_);
+  std::deque<StreamPtr> unprepared_ HANDOVER_GUARDED_BY(mutex_);  // something has to be made first
   std::map<RequestId, StreamPtr> open_ HANDOVER_GUARDED_BY(mutex_);
   std::set<RequestId> known_ HANDOVER_GUARDED_BY(mutex_);       // being answered and remembered
   std::deque<RequestId> answered_ HANDOVER_GUARDED_BY(mutex_);  // remembered, oldest first

@@ -20,9 +20,12 @@ class ScriptedService : public PlanService {
     return {cell};
   }
 
-  void prepare(const Deadline&) override {}
+  bool prepareNext(const Deadline&) override { return false; }
 
-  Outcome plan(const PlanRequest& request, PlanEventSink& sink, const Deadline& deadline) override {
+  void prepare(const PlanRequest&, const Deadline&) override {}
+
+  std::optional<Outcome> plan(const PlanRequest& request, PlanEventSink& sink,
+                              const Deadline& deadline, const OthersWait&) override {
     if (request.task == "throw") throw std::runtime_error("thrown as asked");
     if (request.task == "fail") return play(sampleFailedAnswer(request.id), sink);
     if (request.task == "hold") return hold(sink, deadline);

@@ -32,7 +32,7 @@ double planOnce(CellService& service, const PlanRequest& request, AnswerSink& si
   const auto begin = std::chrono::steady_clock::now();
   const Deadline deadline;
   sink.emit(Accepted{});
-  Outcome outcome = service.plan(request, sink, deadline);
+  Outcome outcome = service.planAlone(request, sink, deadline);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   if (const auto* failed = std::get_if<Failed>(&outcome)) {
     status = 10;
@@ -97,7 +97,7 @@ int run(int argc, char** argv) {
     if (fraction >= 1) std::fprintf(stderr, "%s\n", what.c_str());
   };
   CellService service(findRoot(root), {request.cell}, cacheFolder(""), progress, false);
-  service.prepare(Deadline{});
+  service.prepareAll(Deadline{});
   int status = 0;
   for (int i = 0; i < runs; ++i) {
     AnswerSink sink;

@@ -251,7 +251,7 @@ Outcome planTransport(const TransportProblem& problem, PlanEventSink& sink,
   return TransportSearch(problem, sink, deadline).run();
 }
 
-bool mapsAllow(const TransportProblem& problem) {
+std::size_t commonPoints(const TransportProblem& problem) {
   const auto armsOf = [&](const ChainHolder& which, std::size_t holder, const Pose& X_WO) {
     std::vector<Manipulator> arms;
     for (const auto& ranked : rankArms(problem, which, holder, X_WO).arms) {
@@ -259,13 +259,14 @@ bool mapsAllow(const TransportProblem& problem) {
     }
     return arms;
   };
+  std::size_t most = 0;
   const auto givers = armsOf(problem.task.chain.front(), 0, problem.task.X_WO_start);
   for (const Manipulator& r : armsOf(problem.task.chain.back(), 1, problem.task.X_WO_goal)) {
     for (const Manipulator& g : givers) {
-      if (!crossMaps(g.map, r.map, problem.settings.neighbourhood).empty()) return true;
+      most = std::max(most, crossMaps(g.map, r.map, problem.settings.neighbourhood).size());
     }
   }
-  return false;
+  return most;
 }
 
 std::vector<ReachBall> reachBalls(const TransportProblem& problem, const ChainHolder& holder) {

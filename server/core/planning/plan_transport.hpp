@@ -16,11 +16,11 @@ namespace handover {
 Outcome planTransport(const TransportProblem& problem, PlanEventSink& sink,
                       const Deadline& deadline);
 
-/// Whether the maps leave a chain of two a chance: an arm for the start, one for the goal
-/// (rankArms) and a lattice point that both reach by their maps. No collisions; of `collision` only
-/// which bodies there are. `wide` also looks at points beyond the maps, and may now and then find a
-/// plan where this says no. @pre the task's chain has two holders.
-bool mapsAllow(const TransportProblem& problem);
+/// How many lattice points the maps know that both arms of a chain of two reach, of the arms that
+/// have most; 0 too where no arm reaches the start or the goal (rankArms). No collisions; of
+/// `collision` only which bodies there are. `wide` also looks at points beyond the maps, and may
+/// now and then find a plan where this is 0. @pre the task's chain has two holders.
+std::size_t commonPoints(const TransportProblem& problem);
 
 /// All that an arm can reach, and more: a ball about its shoulder.
 struct ReachBall {

@@ -11,7 +11,7 @@ CellService& butlerService() {
   static CellService instance(HANDOVER_SOURCE_DIR, {"butler"},
                               HANDOVER_BINARY_DIR "/test-cache/handover", {}, false);
   static const bool prepared = [] {
-    instance.prepare(Deadline());
+    instance.prepareAll(Deadline());
     return true;
   }();
   (void)prepared;
@@ -29,7 +29,7 @@ PlanRequest butlerRequest(std::vector<Override> overrides) {
 
 Answer ask(const PlanRequest& request, const Deadline& deadline) {
   Recorder recorder;
-  const Outcome outcome = butlerService().plan(request, recorder, deadline);
+  const Outcome outcome = butlerService().planAlone(request, recorder, deadline);
   const Answer answer{std::move(recorder.events), outcome};
   expectVerified(answer);
   return answer;

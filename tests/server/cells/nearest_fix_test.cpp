@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <random>
 
 namespace handover {
@@ -14,6 +15,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 const ReachBall kFixedArm{{0.0, 0.3, 1.2}, 0.9};
+constexpr std::size_t kAll = 1'000'000;
 const Eigen::Vector3d kBase(2.2, -0.4, 0.9);
 const ReachBall kMovedArm{{2.1, -0.2, 1.1}, 0.7};
 
@@ -33,7 +35,7 @@ SceneRobot robotAt(const Pose& X_WB) {
 }
 
 TEST(MovesByCost, AreAllThatBringTheBallsTogetherCheapestFirst) {
-  const auto moves = movesByCost(kBase, {kMovedArm}, {kFixedArm});
+  const auto moves = movesByCost(kBase, {kMovedArm}, {kFixedArm}, kAll, Deadline());
   std::size_t expected = 0;
   for (int turn = -17; turn <= 18; ++turn) {
     for (int i = -100; i <= 100; ++i) {
@@ -53,9 +55,16 @@ TEST(MovesByCost, AreAllThatBringTheBallsTogetherCheapestFirst) {
 }
 
 TEST(MovesByCost, OfTwoArmsAreMadeOnce) {
-  const auto one = movesByCost(kBase, {kMovedArm}, {kFixedArm});
-  EXPECT_EQ(movesByCost(kBase, {kMovedArm, kMovedArm}, {kFixedArm, kFixedArm}), one);
-  EXPECT_THAT(movesByCost(kBase, {}, {kFixedArm}), IsEmpty());
+  const auto one = movesByCost(kBase, {kMovedArm}, {kFixedArm}, kAll, Deadline());
+  EXPECT_EQ(movesByCost(kBase, {kMovedArm, kMovedArm}, {kFixedArm, kFixedArm}, kAll, Deadline()),
+            one);
+  EXPECT_THAT(movesByCost(kBase, {}, {kFixedArm}, kAll, Deadline()), IsEmpty());
+}
+
+TEST(MovesByCost, OfAFewAreTheCheapest) {
+  const auto all = movesByCost(kBase, {kMovedArm}, {kFixedArm}, kAll, Deadline());
+  const auto few = movesByCost(kBase, {kMovedArm}, {kFixedArm}, 50, Deadline());
+  EXPECT_EQ(few, std::vector<BaseMove>(all.begin(), all.begin() + 50));
 }
 
 TEST(BaseMove, CostsItsWayAndHalfAMetrePerRadian) {
@@ -71,66 +80,98 @@ TEST(OverrideOf, IsTheMovedBaseInTheWorld) {
   EXPECT_EQ(change.value, "{xyz: [1.08, -0.25, 0.98], rpy_deg: [0, 0, -164.265]}");
 }
 
-/// What a search for a fix asked.
-struct Asked {
-  int maps = 0, plans = 0;
+/// A search for a fix over moves in a row, and what it asked.
+class NearestFixTest : public testing::Test {
+ protected:
+  NearestFix search(std::size_t moves) {
+    std::vector<BaseMove> row;
+    for (std::size_t i = 0; i < moves; ++i) row.push_back({static_cast<int>(i) + 1, 0, 0});
+    const FixQuestions questions{[&](const Override& change) {
+                                   ++looks;
+                                   return promise(placeOf(change));
+                                 },
+                                 [&](const Override& change) {
+                                   planned.push_back(placeOf(change));
+                                   return plans(planned.back());
+                                 },
+                                 [&] { return stop(); }};
+    return findNearestFix(robotAt(Pose::Identity()), row, questions);
+  }
+
+  /// The number of the move in the row, from 1.
+  static int placeOf(const Override& change) {
+    double x = 0;
+    std::sscanf(change.value.c_str(), "{xyz: [%lf", &x);
+    return static_cast<int>(std::lround(x / 0.05));
+  }
+
+  std::function<std::size_t(int)> promise = [](int) { return 1; };
+  std::function<bool(int)> plans = [](int) { return false; };
+  std::function<std::string()> stop = [] { return ""; };
+  std::uint32_t looks = 0;
+  std::vector<int> planned;
 };
 
-NearestFix search(const std::vector<BaseMove>& moves,
-                  const std::function<bool(const Override&)>& maps_allow,
-                  const std::function<bool(const Override&)>& plans, Asked& asked,
-                  const Deadline& deadline = Deadline()) {
-  return findNearestFix(
-      robotAt(Pose(Eigen::Translation3d(kBase))), moves,
-      [&](const Override& change) {
-        ++asked.maps;
-        return maps_allow(change);
-      },
-      [&](const Override& change) {
-        ++asked.plans;
-        return plans(change);
-      },
-      deadline);
-}
-
-TEST(NearestFix, IsTheCheapestMoveThatPlans) {
-  const auto moves = movesByCost(kBase, {kMovedArm}, {kFixedArm});
-  const std::string wanted =
-      overrideOf(moves[30], robotAt(Pose(Eigen::Translation3d(kBase)))).value;
-  const std::string ruled_out =
-      overrideOf(moves[4], robotAt(Pose(Eigen::Translation3d(kBase)))).value;
-  Asked asked;
-  const NearestFix fix = search(
-      moves, [&](const Override& change) { return change.value != ruled_out; },
-      [&](const Override& change) { return change.value == wanted; }, asked);
+TEST_F(NearestFixTest, IsTheCheapestMoveThatTheMapsPromiseAndThatPlans) {
+  promise = [](int move) { return move > 4 ? 7 : 0; };
+  plans = [](int move) { return move >= 5; };
+  const NearestFix fix = search(20);
   ASSERT_EQ(fix.overrides.size(), 1u);
-  EXPECT_EQ(fix.overrides[0].value, wanted);
-  EXPECT_EQ(asked.maps, 31);
-  EXPECT_EQ(asked.plans, 30);
-  EXPECT_THAT(fix.text, HasSubstr("1 nearer place(s) were ruled out by the maps, 29 planned"));
+  EXPECT_EQ(placeOf(fix.overrides[0]), 5);
+  EXPECT_EQ(planned, std::vector<int>{5});
+  EXPECT_EQ(looks, 5u);
+  EXPECT_THAT(fix.text, HasSubstr("moved by (0.25, 0.00) m"));
 }
 
-TEST(NearestFix, GivesUpAfterTwoHundredPlansAndSaysSo) {
-  const auto moves = movesByCost(kBase, {kMovedArm}, {kFixedArm});
-  ASSERT_GT(moves.size(), 300u);
-  Asked asked;
-  const NearestFix fix = search(
-      moves, [](const Override&) { return true; }, [](const Override&) { return false; }, asked);
+TEST_F(NearestFixTest, AfterAFailureThoseThatPromiseMoreComeFirst) {
+  promise = [](int move) { return move == 6 ? 9 : 3; };
+  plans = [](int move) { return move == 6; };
+  EXPECT_EQ(placeOf(search(20).overrides.at(0)), 6);
+  EXPECT_EQ(planned, (std::vector<int>{1, 6}));
+}
+
+TEST_F(NearestFixTest, MovesThatPromiseNoMoreThanAFailedOneArePassedOver) {
+  promise = [](int move) { return move == 1 ? 5 : move == 3 ? 3 : move == 2 ? 5 : 9; };
+  plans = [](int move) { return move == 4; };
+  EXPECT_EQ(placeOf(search(20).overrides.at(0)), 4);
+  EXPECT_EQ(planned, (std::vector<int>{1, 4}));  // 2 and 3 promise no more than 1, which failed
+}
+
+TEST_F(NearestFixTest, ThoseThatPromiseNoMoreAreTriedInTheEnd) {
+  plans = [](int move) { return move == 3; };
+  EXPECT_EQ(placeOf(search(20).overrides.at(0)), 3);
+  EXPECT_EQ(planned, (std::vector<int>{1, 2, 3}));
+  EXPECT_EQ(looks, 20u);
+}
+
+TEST_F(NearestFixTest, GivesUpAfterItsShareOfPlansAndSaysSo) {
+  const NearestFix fix = search(300);
   EXPECT_THAT(fix.overrides, IsEmpty());
-  EXPECT_EQ(asked.plans, 200);
+  EXPECT_EQ(planned.size(), kMostFixPlans);
   EXPECT_THAT(fix.text, HasSubstr("No move of hubo that was tried"));
+  EXPECT_THAT(fix.text, HasSubstr("of 300 nearer moves that were looked at in the maps, 20 were"));
 }
 
-TEST(NearestFix, StopsAtTheDeadline) {
-  Deadline deadline;
-  deadline.cancel();
-  Asked asked;
-  const NearestFix fix = search(
-      {{1, 0, 0}}, [](const Override&) { return true; }, [](const Override&) { return true; },
-      asked, deadline);
+TEST_F(NearestFixTest, LooksAtTheMapsNoMoreThanItsShare) {
+  promise = [](int) { return 0; };
+  search(kMostMapLooks + 100);
+  EXPECT_EQ(looks, kMostMapLooks);
+}
+
+TEST_F(NearestFixTest, IsNotSoughtWhereOthersWait) {
+  stop = [] { return "others waited"; };
+  const NearestFix fix = search(5);
   EXPECT_THAT(fix.overrides, IsEmpty());
-  EXPECT_EQ(asked.maps, 0);
-  EXPECT_THAT(fix.text, HasSubstr("deadline"));
+  EXPECT_EQ(looks, 0u);
+  EXPECT_EQ(fix.text, "Not sought: others waited.");
+}
+
+TEST_F(NearestFixTest, EndsInTheMiddleWhenItHasTo) {
+  stop = [&] { return planned.size() == 1 ? "the deadline passed" : ""; };
+  promise = [](int move) { return move; };
+  const NearestFix fix = search(50);
+  EXPECT_EQ(planned.size(), 1u);
+  EXPECT_THAT(fix.text, HasSubstr("; then the deadline passed."));
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ TEST_P(EveryMode, AnswersTheSameTwice) {
   // Another request by its id only.
   request.id = RequestId::random();
   Recorder again;
-  EXPECT_EQ(butlerService().plan(request, again, Deadline()), first.outcome);
+  EXPECT_EQ(butlerService().planAlone(request, again, Deadline()), first.outcome);
   EXPECT_EQ(again.events, first.events);
 }
 

@@ -39,7 +39,7 @@ CellService& service() {
                        false);
   }();
   static const bool prepared = [] {
-    instance.prepare(Deadline());
+    instance.prepareAll(Deadline());
     return true;
   }();
   (void)prepared;
@@ -81,7 +81,7 @@ struct Answer {
 
 Answer ask(const PlanRequest& request) {
   Recorder recorder;
-  Outcome outcome = service().plan(request, recorder, Deadline());
+  Outcome outcome = service().planAlone(request, recorder, Deadline());
   return {std::move(recorder.events), std::move(outcome)};
 }
 

@@ -19,7 +19,7 @@ CellService& service() {
   static CellService instance(kRoot, {"suction"}, HANDOVER_BINARY_DIR "/test-cache/handover", {},
                               false);
   static const bool prepared = [] {
-    instance.prepare(Deadline());
+    instance.prepareAll(Deadline());
     return true;
   }();
   (void)prepared;
@@ -52,7 +52,7 @@ INSTANTIATE_TEST_SUITE_P(Cell, Suction,
 
 TEST_P(Suction, IsPlannedAndVerified) {
   Recorder recorder;
-  const Outcome outcome = service().plan(requestFor(GetParam().name), recorder, Deadline());
+  const Outcome outcome = service().planAlone(requestFor(GetParam().name), recorder, Deadline());
   ASSERT_TRUE(verified(recorder.events, outcome, kRoot));
 
   const Solution solution = allOf<Solution>(recorder.events).back();
@@ -78,7 +78,7 @@ TEST(SuctionFailure, SaysWhyACupHoldsTheObjectNowhere) {
   PlanRequest request = requestFor("alone");
   request.overrides = {{"objects.box.geometry", "{type: sphere, radius: 0.07}"}};
   Recorder recorder;
-  const Outcome outcome = service().plan(request, recorder, Deadline());
+  const Outcome outcome = service().planAlone(request, recorder, Deadline());
   const auto* failed = std::get_if<Failed>(&outcome);
   ASSERT_NE(failed, nullptr);
   EXPECT_EQ(failed->reason, FailureReason::kNoGrasp);

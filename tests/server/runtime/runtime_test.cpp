@@ -10,6 +10,7 @@
 #include <atomic>
 #include <latch>
 #include <random>
+#include <set>
 #include <thread>
 
 namespace handover {
@@ -24,13 +25,29 @@ class FakeService : public PlanService {
     return {{"butler", {"serve"}, 5, {}, "0123abcd"}};
   }
 
-  void prepare(const Deadline& deadline) override {
+  bool prepareNext(const Deadline& deadline) override {
     if (!prepare_error.empty()) throw std::runtime_error(prepare_error);
     waitWhile(holding_prepare, deadline);
+    prepared = true;
+    return false;
   }
 
-  Outcome plan(const PlanRequest& request, PlanEventSink& sink, const Deadline& deadline) override {
+  void prepare(const PlanRequest& request, const Deadline& deadline) override {
+    if (request.task == "unmakable") throw std::runtime_error("no space for grasps");
+    waitWhile(holding_prepare, deadline);
+    if (request.task != "never made") made.insert(request.id);
+  }
+
+  std::optional<Outcome> plan(const PlanRequest& request, PlanEventSink& sink,
+                              const Deadline& deadline, const OthersWait& others_wait) override {
+    if (!prepared && prepare_error.empty()) return std::nullopt;
+    if (request.object == "new" && !made.contains(request.id)) return std::nullopt;
     ++plans;
+    if (request.task == "others") {
+      waitWhile(holding_plans, deadline);
+      sink.emit(Note{"others", others_wait() ? "wait" : "none"});
+      return Done{0, true};
+    }
     if (request.task == "throw") throw std::runtime_error("broken promise");
     if (request.task == "nan") sink.emit(Solution{.cost = std::nan("")});
     if (request.task == "bad outcome") return Rejected{};
@@ -63,6 +80,8 @@ class FakeService : public PlanService {
   bool holding_prepare = false, holding_plans = false;
   std::string prepare_error;
   std::atomic<int> plans = 0;
+  std::atomic<bool> prepared = false;
+  std::set<RequestId> made;  ///< requests that prepare() was called for
 
  private:
   /// Planning polls its deadline; so does this.
@@ -365,6 +384,71 @@ TEST_F(RuntimeTest, StopEndsPreparation) {
   runtime->stop();
   EXPECT_TRUE(is<Cancelled>(endpoint.outcome(r.id)));
   EXPECT_EQ(service.plans, 0);
+}
+
+TEST_F(RuntimeTest, ARequestThatNeedsSomethingMadeHoldsUpNobody) {
+  start();
+  ASSERT_TRUE(
+      endpoint.waitForStatus([](const DaemonStatus& s) { return s.state == DaemonState::kReady; }));
+  service.holding_prepare = true;
+  PlanRequest needy = request();
+  needy.object = "new";
+  send(needy);
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(is<Done>(endpoint.outcome(send(request()).id)));
+  EXPECT_FALSE(std::holds_alternative<Outcome>(endpoint.events(needy.id).back().payload));
+  service.release();
+  EXPECT_TRUE(is<Done>(endpoint.outcome(needy.id)));
+}
+
+TEST_F(RuntimeTest, ARequestIsCancelledWhileWhatItNeedsIsMade) {
+  start();
+  ASSERT_TRUE(
+      endpoint.waitForStatus([](const DaemonStatus& s) { return s.state == DaemonState::kReady; }));
+  service.holding_prepare = true;
+  std::vector<RequestId> ids;
+  for (int i = 0; i < 3; ++i) {
+    PlanRequest needy = request();
+    needy.object = "new";
+    ids.push_back(send(needy).id);
+  }
+  for (const RequestId& id : ids) endpoint.cancel(id);
+  for (const RequestId& id : ids) EXPECT_TRUE(is<Cancelled>(endpoint.outcome(id)));
+  PlanRequest late = request();
+  late.object = "new";
+  late.deadline_s = 0.01;
+  const auto outcome = endpoint.outcome(send(late).id);
+  ASSERT_TRUE(is<Failed>(outcome));
+  EXPECT_EQ(std::get<Failed>(*outcome).reason, FailureReason::kDeadline);
+}
+
+TEST_F(RuntimeTest, WhatCannotBeMadeFailsItsRequestOnly) {
+  start();
+  for (const char* task : {"unmakable", "never made"}) {
+    PlanRequest needy = request();
+    needy.object = "new";
+    needy.task = task;
+    const auto outcome = endpoint.outcome(send(needy).id);
+    ASSERT_TRUE(is<Failed>(outcome)) << task;
+    EXPECT_EQ(std::get<Failed>(*outcome).reason, FailureReason::kInternal);
+  }
+  EXPECT_TRUE(is<Done>(endpoint.outcome(send(request()).id)));
+}
+
+TEST_F(RuntimeTest, PlanningIsToldWhetherOthersWait) {
+  service.holding_plans = true;
+  start();
+  PlanRequest first = request(), second = request();
+  first.task = second.task = "others";
+  send(first);
+  send(second);
+  EXPECT_TRUE(endpoint.waitForStatus([](const DaemonStatus& s) { return s.queued == 1; }));
+  service.release();
+  const auto noteOf = [&](const RequestId& id) {
+    EXPECT_TRUE(is<Done>(endpoint.outcome(id)));
+    return std::get<Note>(endpoint.events(id).at(1).payload).text;
+  };
+  EXPECT_EQ(noteOf(first.id), "wait");
+  EXPECT_EQ(noteOf(second.id), "none");
 }
 
 TEST_F(RuntimeTest, AFailedPreparationIsReportedAndFailsRequests) {
