@@ -259,13 +259,13 @@ namespace {
 /// Enough to tell that a moved cell has a plan: as much as most plans take.
 SearchSettings quickSearch(SearchSettings settings) {
   settings.thorough_pruning = settings.pruning;
-  settings.wide_poses = 1'000;
+  settings.wide_poses = 500;
   settings.wide_poses_counted = 0;
-  settings.turned_looks = 20;
+  settings.turned_looks = 10;
   settings.scattered_poses = 0;
-  settings.most_ik_looks = 10'000;
-  settings.motion_attempts = 4;
-  settings.grasp_attempts = 40;
+  settings.most_ik_looks = 3'000;
+  settings.motion_attempts = 3;
+  settings.grasp_attempts = 10;
   return settings;
 }
 

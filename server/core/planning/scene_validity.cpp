@@ -91,7 +91,7 @@ class SceneChecker {
   std::optional<Failed> checkRest(const Pose& X_WO, TaskRest& rest, const Place& place) {
     const BodyPairs none(bodies_.bodies());
     const auto above = overlapping(contactsAt(moved(X_WO, kRaised), none));
-    if (auto failed = failureOf(above, place.in_collision, place.filter, place.text)) return failed;
+    if (!above.empty()) return inCollision(above, X_WO, place);
     if (rest.none) {
       rest.objects = near(X_WO);
       return std::nullopt;
@@ -135,6 +135,34 @@ class SceneChecker {
   static std::vector<BodyContact> overlapping(std::vector<BodyContact> contacts) {
     std::erase_if(contacts, [](const BodyContact& contact) { return contact.depth <= 0; });
     return contacts;
+  }
+
+  /// How far O has to go up to be free [m], at most kLookDown; nullopt: farther.
+  std::optional<double> depthBelow(const Pose& X_WO) {
+    const BodyPairs none(bodies_.bodies());
+    const auto free = [&](double up) {
+      return overlapping(contactsAt(moved(X_WO, up), none)).empty();
+    };
+    double within = 0, out = kRaised;
+    while (out < kLookDown && !free(out)) within = out, out *= 2;
+    if (!free(out)) return std::nullopt;
+    while (out - within > 1e-5) {
+      const double middle = 0.5 * (within + out);
+      (free(middle) ? out : within) = middle;
+    }
+    return out;
+  }
+
+  /// O in what it should stand on, or in something else.
+  Failed inCollision(const std::vector<BodyContact>& contacts, const Pose& X_WO,
+                     const Place& place) {
+    Failed failed = *failureOf(contacts, place.in_collision, place.filter, place.text);
+    const auto depth = depthBelow(X_WO);
+    if (depth) {
+      failed.explanation.text.pop_back();
+      failed.explanation.text += "; " + millimetres(*depth) + " higher it is free.";
+    }
+    return failed;
   }
 
   std::vector<std::string> near(const Pose& X_WO) {

@@ -55,6 +55,7 @@ TEST_F(PlanningStepsTest, GoalInTheTrayOrAboveItIsTold) {
   const auto inside = sceneFault({goal(0.072)});
   ASSERT_TRUE(inside);
   EXPECT_EQ(inside->reason, FailureReason::kGoalInCollision);
+  EXPECT_THAT(inside->explanation.text, HasSubstr("; 5.0 mm higher it is free."));
   EXPECT_THAT(inside->explanation.text, HasSubstr("tray"));
   EXPECT_TRUE(inside->explanation.exhaustive);
   const auto above = sceneFault({goal(0.082)});
