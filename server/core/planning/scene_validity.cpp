@@ -233,19 +233,19 @@ class SceneChecker {
 
 }  // namespace
 
-std::optional<Failed> checkScene(const TransportProblem& problem, CollisionWorld& world,
-                                 SceneTask& task) {
-  SceneChecker checker(problem, world);
-  if (auto failed = checker.checkStanding()) return failed;
+namespace {
+
+std::optional<Failed> checkStart(SceneChecker& checker, SceneTask& task) {
   if (task.held_by) {
     task.start_rest = {false, std::vector<std::string>()};
-    if (auto failed = checker.checkHeld(*task.held_by)) return failed;
-  } else if (auto failed =
-                 checker.checkRest(task.X_WO_start, task.start_rest,
-                                   {FailureReason::kStartInCollision,
-                                    FailureReason::kStartUnsupported, "start", "At the start"})) {
-    return failed;
+    return checker.checkHeld(*task.held_by);
   }
+  return checker.checkRest(task.X_WO_start, task.start_rest,
+                           {FailureReason::kStartInCollision, FailureReason::kStartUnsupported,
+                            "start", "At the start"});
+}
+
+std::optional<Failed> checkGoal(SceneChecker& checker, SceneTask& task) {
   const bool hold = task.end == TransportEnd::kHold;
   if (hold) task.goal_rest = {false, std::vector<std::string>()};
   auto failed = hold ? checker.checkHeldGoal()
@@ -258,6 +258,27 @@ std::optional<Failed> checkScene(const TransportProblem& problem, CollisionWorld
     failed->explanation.farthest = Farthest{toValue(task.X_WO_goal), {}, {last, end}};
   }
   return failed;
+}
+
+}  // namespace
+
+std::optional<Failed> checkScene(const TransportProblem& problem, CollisionWorld& world,
+                                 SceneTask& task) {
+  SceneChecker checker(problem, world);
+  if (auto failed = checker.checkStanding()) return failed;
+  if (auto failed = checkStart(checker, task)) return failed;
+  return checkGoal(checker, task);
+}
+
+std::vector<Failed> sceneFaults(const TransportProblem& problem, CollisionWorld& world) {
+  SceneChecker checker(problem, world);
+  SceneTask task = problem.task;
+  std::vector<Failed> faults;
+  for (auto& fault :
+       {checker.checkStanding(), checkStart(checker, task), checkGoal(checker, task)}) {
+    if (fault) faults.push_back(*fault);
+  }
+  return faults;
 }
 
 }  // namespace handover

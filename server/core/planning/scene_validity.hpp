@@ -7,6 +7,7 @@
 #include <handover/common/plan_event.hpp>
 
 #include <optional>
+#include <vector>
 
 namespace handover {
 
@@ -19,5 +20,8 @@ namespace handover {
 ///         kGoalUnsupported.
 std::optional<Failed> checkScene(const TransportProblem& problem, CollisionWorld& world,
                                  SceneTask& task);
+
+/// The same, not ending at the first: of everything that stands, of the start, of the goal.
+std::vector<Failed> sceneFaults(const TransportProblem& problem, CollisionWorld& world);
 
 }  // namespace handover
