@@ -24,7 +24,7 @@ class MovingArm {
         links_(model_.linksMovedBy(arm_.dofs)),
         q_(scene->robots[static_cast<std::size_t>(robot_)].q_start) {
     linkPoses(model_, scene->robots[static_cast<std::size_t>(robot_)].X_WB, q_, X_WL_);
-    for (BodyId body = 0; body < world_.scene().bodies(); ++body) {
+    for (const BodyId body : IdRange<BodyId>(world_.scene().bodies())) {
       X_WBody_.push_back(world_.pose(body));
     }
   }
@@ -37,12 +37,12 @@ class MovingArm {
       const auto& links = scene_->robots[r].model->links;
       for (std::size_t l = 0; l < links.size(); ++l) {
         const BodyId body = bodies.linkBody(static_cast<int>(r), static_cast<int>(l));
-        if (body >= 0) checked.shapes[static_cast<std::size_t>(body)] = links[l].collision;
+        if (body.valid()) checked.shapes[body] = links[l].collision;
       }
     }
     for (std::size_t o = 0; o < scene_->objects.size(); ++o) {
       const BodyId body = bodies.objectBody(static_cast<int>(o));
-      checked.shapes[static_cast<std::size_t>(body)] = scene_->objects[o].shapes;
+      checked.shapes[body] = scene_->objects[o].shapes;
     }
     checked.X_WBody = X_WBody_;
     checked.moving = checker_.moving();
@@ -71,9 +71,7 @@ class MovingArm {
     linkPosesOf(model_, q_, links_, X_WL_);
     for (const int link : links_) {
       const BodyId body = world_.scene().linkBody(robot_, link);
-      if (body >= 0) {
-        X_WBody_[static_cast<std::size_t>(body)] = X_WL_[static_cast<std::size_t>(link)];
-      }
+      if (body.valid()) X_WBody_[body] = X_WL_[static_cast<std::size_t>(link)];
     }
     return reference.valid(X_WBody_);
   }

@@ -53,7 +53,7 @@ class ButlerCell : public ::testing::Test {
       for (const Arm& arm : model.arms) dofs.insert(dofs.end(), arm.dofs.begin(), arm.dofs.end());
       for (const BodyId body :
            world.scene().linkBodies(static_cast<int>(robot), model.linksMovedBy(dofs))) {
-        if (body >= 0) moving.push_back(body);
+        if (body.valid()) moving.push_back(body);
       }
     }
     std::vector<std::string> pairs;

@@ -102,7 +102,7 @@ TEST_P(OurCell, HasNoLinkInTheFurniture) {
   for (const auto& overrides : stands) {
     CollisionWorld world(std::make_shared<const CollisionScene>(*instance(overrides).scene));
     std::vector<BodyId> all;
-    for (BodyId body = 0; body < world.scene().bodies(); ++body) all.push_back(body);
+    for (const BodyId body : IdRange<BodyId>(world.scene().bodies())) all.push_back(body);
     for (const BodyContact& contact : contactsOf(world, all)) {
       EXPECT_LT(contact.depth, 0.0005)
           << world.scene().name(contact.a) << " and " << world.scene().name(contact.b)

@@ -65,8 +65,8 @@ TEST_P(RobotContacts, NamedStatesAreFree) {
     scene.robots.push_back(
         {"robot", std::make_shared<const RobotModel>(model_), Pose::Identity(), q, {}});
     CollisionWorld world(std::make_shared<const CollisionScene>(scene));
-    std::vector<BodyId> bodies(static_cast<std::size_t>(world.scene().bodies()));
-    std::iota(bodies.begin(), bodies.end(), 0);
+    std::vector<BodyId> bodies;
+    for (const BodyId body : IdRange<BodyId>(world.scene().bodies())) bodies.push_back(body);
     const PairList pairs = world.makePairs(bodies, BodyPairs(world.scene().bodies()));
     ASSERT_GT(pairs.pairs().size(), 100u);
     for (const BodyContact& contact : world.contacts(pairs)) {

@@ -50,7 +50,7 @@ TEST_P(OtherArmsCell, StartsFreeOfContacts) {
     object.resting = task.start_rest.objects.value();
     CollisionWorld world(std::make_shared<const CollisionScene>(start));
     std::vector<BodyId> all;
-    for (BodyId body = 0; body < world.scene().bodies(); ++body) all.push_back(body);
+    for (const BodyId body : IdRange<BodyId>(world.scene().bodies())) all.push_back(body);
     for (const BodyContact& contact :
          world.contacts(world.makePairs(all, BodyPairs(world.scene().bodies())))) {
       ADD_FAILURE() << world.scene().name(contact.a) << " and " << world.scene().name(contact.b);

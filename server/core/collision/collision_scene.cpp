@@ -74,10 +74,10 @@ void addBody(CollisionScene::Data& data, std::string name, BodyOwner owner,
 
 void addRobotBodies(CollisionScene::Data& data, const SceneRobot& robot, int index) {
   const RobotModel& model = *robot.model;
-  std::vector<BodyId> bodies(model.links.size(), -1);
+  std::vector<BodyId> bodies(model.links.size());
   for (std::size_t l = 0; l < model.links.size(); ++l) {
     if (model.links[l].collision.empty()) continue;
-    bodies[l] = static_cast<BodyId>(data.names.size());
+    bodies[l] = BodyId(data.names.size());
     addBody(data, robot.name + "/" + model.links[l].name, {index, static_cast<int>(l), -1},
             model.links[l].collision);
   }
@@ -97,13 +97,13 @@ void addLinkPairs(CollisionScene::Data& data, const RobotModel& model,
   const auto body = [&](int link) { return bodies[static_cast<std::size_t>(link)]; };
   for (int a = 0; a < links; ++a) {
     for (int b = a + 1; b < links; ++b) {
-      if (body(a) < 0 || body(b) < 0) continue;
+      if (!body(a).valid() || !body(b).valid()) continue;
       if (model.adjacent(a, b)) data.standing.insert(body(a), body(b));
     }
   }
   for (const auto& [pair, reason] : model.disabled_pairs) {
     if (reason != "Adjacent" && reason != "Always") continue;
-    if (body(pair.first) < 0 || body(pair.second) < 0) continue;
+    if (!body(pair.first).valid() || !body(pair.second).valid()) continue;
     data.standing.insert(body(pair.first), body(pair.second));
   }
 }
@@ -114,7 +114,7 @@ void addRestingPairs(CollisionScene::Data& data, const Scene& scene) {
       const std::string who = scene.robots[r].name;
       const BodyId other = findObjectBody(data, scene, name, who);
       const BodyId body = data.link_bodies[r].at(static_cast<std::size_t>(link));
-      if (body >= 0) data.standing.insert(body, other);
+      if (body.valid()) data.standing.insert(body, other);
     }
   }
   for (std::size_t o = 0; o < scene.objects.size(); ++o) {
@@ -134,7 +134,7 @@ void addAttachmentPairs(CollisionScene::Data& data, const Scene& scene) {
     for (int link : links) {
       const BodyId body = data.link_bodies.at(static_cast<std::size_t>(attached->robot))
                               .at(static_cast<std::size_t>(link));
-      if (body >= 0) data.standing.insert(body, data.object_bodies[o]);
+      if (body.valid()) data.standing.insert(body, data.object_bodies[o]);
     }
   }
 }
@@ -144,7 +144,7 @@ void addAttachmentPairs(CollisionScene::Data& data, const Scene& scene) {
 void BodyPairs::insert(const std::vector<BodyId>& as, const std::vector<BodyId>& bs) {
   for (BodyId a : as) {
     for (BodyId b : bs) {
-      if (a >= 0 && b >= 0) insert(a, b);
+      if (a.valid() && b.valid()) insert(a, b);
     }
   }
 }
@@ -158,7 +158,7 @@ CollisionScene::CollisionScene(const Scene& scene) {
   }
   for (std::size_t o = 0; o < scene.objects.size(); ++o) {
     const SceneObject& object = scene.objects[o];
-    data->object_bodies.push_back(static_cast<BodyId>(data->names.size()));
+    data->object_bodies.push_back(BodyId(data->names.size()));
     data->objects.push_back({object.X_WO, object.attached_to});
     addBody(*data, object.name, {-1, -1, static_cast<int>(o)}, object.shapes);
   }
@@ -175,9 +175,7 @@ CollisionScene::~CollisionScene() = default;
 
 int CollisionScene::bodies() const { return static_cast<int>(data_->names.size()); }
 
-const std::string& CollisionScene::name(BodyId body) const {
-  return data_->names.at(static_cast<std::size_t>(body));
-}
+const std::string& CollisionScene::name(BodyId body) const { return data_->names.at(body); }
 
 BodyId CollisionScene::linkBody(int robot, int link) const {
   return data_->link_bodies.at(static_cast<std::size_t>(robot)).at(static_cast<std::size_t>(link));
@@ -187,7 +185,7 @@ std::vector<BodyId> CollisionScene::linkBodies(int robot, const std::vector<int>
   std::vector<BodyId> bodies;
   for (int link : links) {
     const BodyId body = linkBody(robot, link);
-    if (body >= 0) bodies.push_back(body);
+    if (body.valid()) bodies.push_back(body);
   }
   return bodies;
 }
@@ -196,9 +194,7 @@ BodyId CollisionScene::objectBody(int object) const {
   return data_->object_bodies.at(static_cast<std::size_t>(object));
 }
 
-int CollisionScene::robotOf(BodyId body) const {
-  return data_->owners.at(static_cast<std::size_t>(body)).robot;
-}
+int CollisionScene::robotOf(BodyId body) const { return data_->owners.at(body).robot; }
 
 const BodyPairs& CollisionScene::standingPairs() const { return data_->standing; }
 

@@ -33,7 +33,7 @@ struct CollisionScene::Data {
   std::vector<BodyOwner> owners;
   std::vector<int> first_shape;  ///< by body, one past the last at the end
   std::vector<SceneShape> shapes;
-  std::vector<std::vector<BodyId>> link_bodies;  ///< by robot and link; -1: no shapes
+  std::vector<std::vector<BodyId>> link_bodies;  ///< by robot and link; invalid: no shapes
   std::vector<BodyId> object_bodies;
   BodyPairs standing{0};
 };

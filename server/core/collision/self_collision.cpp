@@ -45,8 +45,8 @@ std::vector<LinkPairTouch> sampleSelfCollision(const RobotModel& model, int samp
   for (int a = 0; a < links; ++a) {
     for (int b = a + 1; b < links; ++b) {
       const BodyId body_a = world.scene().linkBody(0, a), body_b = world.scene().linkBody(0, b);
-      if (body_a < 0 || body_b < 0 || world.scene().standingPairs().contains(body_a, body_b))
-        continue;
+      if (!body_a.valid() || !body_b.valid()) continue;
+      if (world.scene().standingPairs().contains(body_a, body_b)) continue;
       pairs.push_back({a, b, TouchPattern::kNever, 0});
       lists.push_back(PairList({{body_a, body_b}}));
     }

@@ -63,7 +63,7 @@ Ball ballRound(const std::vector<Ball>& balls) {
 /// Round the boxes of a body's shapes, their margins included; in the group that the body moves
 /// with.
 void addBalls(const CollisionScene::Data& scene, const MovingBody& body, std::vector<Ball>& balls) {
-  const auto id = static_cast<std::size_t>(body.body);
+  const std::size_t id = body.body;
   for (int i = scene.first_shape[id]; i < scene.first_shape[id + 1]; ++i) {
     const SceneShape& shape = scene.shapes[static_cast<std::size_t>(i)];
     balls.push_back({body.X_GB * shape.X_BBox.translation(), shape.box_half.norm()});
@@ -91,9 +91,9 @@ void StateChecker::compile() {
   moving_index_.assign(static_cast<std::size_t>(scene.bodies()), -1);
   std::vector<int> body_groups(static_cast<std::size_t>(scene.bodies()), -1);
   const auto mount = [&](BodyId body, int link, const Pose& X_LB) {
-    if (body < 0 || groups_.groupOf(link) < 0) return;
-    moving_index_[static_cast<std::size_t>(body)] = static_cast<int>(moving_.size());
-    body_groups[static_cast<std::size_t>(body)] = groups_.groupOf(link);
+    if (!body.valid() || groups_.groupOf(link) < 0) return;
+    moving_index_[body] = static_cast<int>(moving_.size());
+    body_groups[body] = groups_.groupOf(link);
     moving_.push_back(body);
     mounts_.push_back({link, X_LB});
   };
@@ -117,7 +117,7 @@ void StateChecker::compile() {
 
 void StateChecker::divide() {
   const int tool = groups_.groupOf(setup_.tool_link);
-  const auto index = [&](BodyId body) { return moving_index_[static_cast<std::size_t>(body)]; };
+  const auto index = [&](BodyId body) { return moving_index_[body]; };
   const auto withTool = [&](BodyId body) {
     return index(body) >= 0 &&
            groups_.groupOf(mounts_[static_cast<std::size_t>(index(body))].link) == tool;
@@ -343,8 +343,7 @@ void StateChecker::setObject(int object, const Pose& X_WO) {
 void StateChecker::setHold(const Pose& X_LO) {
   require(setup_.held.has_value(), "nothing is held");
   setup_.held->X_LO = X_LO;
-  const int held =
-      moving_index_[static_cast<std::size_t>(world_->scene().objectBody(setup_.held->object))];
+  const int held = moving_index_[world_->scene().objectBody(setup_.held->object)];
   if (held >= 0) mounts_[static_cast<std::size_t>(held)].X_LB = X_LO;
   stale_ = true;
   mounted_ = false;

@@ -40,7 +40,7 @@ FingerClosing::FingerClosing(const SceneObject& object, HandModel hand, const Gr
   }
   for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
     link_body_.push_back(scene.linkBody(0, link));
-    if (link_body_.back() >= 0) bodies_.push_back(link_body_.back());
+    if (link_body_.back().valid()) bodies_.push_back(link_body_.back());
   }
   // Pairs that are already close with the hand open stay as they are there: that is the hand's
   // build.
@@ -49,7 +49,8 @@ FingerClosing::FingerClosing(const SceneObject& object, HandModel hand, const Gr
     for (int b = a + 1; b < static_cast<int>(model.links.size()); ++b) {
       const BodyId body_a = link_body_[at(a)];
       const BodyId body_b = link_body_[at(b)];
-      if (body_a < 0 || body_b < 0 || scene.standingPairs().contains(body_a, body_b)) continue;
+      if (!body_a.valid() || !body_b.valid()) continue;
+      if (scene.standingPairs().contains(body_a, body_b)) continue;
       const auto open = world_.distance(body_a, body_b, rules_.self_clearance);
       if (open && open->distance <= 0) continue;
       const double needed =
@@ -66,7 +67,7 @@ FingerClosing::FingerClosing(const SceneObject& object, HandModel hand, const Gr
     std::vector<Mover> movers;
     for (const int link : moved) {
       const BodyId body = link_body_[at(link)];
-      if (body < 0) continue;
+      if (!body.valid()) continue;
       double arm_length = reachOf(model, link);
       double speed = 0;
       for (int l = link; l > 0;) {
@@ -105,7 +106,7 @@ double FingerClosing::opening() {
   for (const int a : hand_.hand.finger_links) {
     for (const int b : hand_.hand.finger_links) {
       if (a >= b || finger_[at(a)] == finger_[at(b)]) continue;
-      if (link_body_[at(a)] < 0 || link_body_[at(b)] < 0) continue;
+      if (!link_body_[at(a)].valid() || !link_body_[at(b)].valid()) continue;
       const auto apart = world_.distance(link_body_[at(a)], link_body_[at(b)], kWidest);
       if (apart) widest = std::max(widest, apart->distance);
     }
@@ -202,7 +203,7 @@ std::vector<GraspContact> FingerClosing::contacts(const Pose& X_OT, const Vector
   std::vector<double> distance;
   for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
     const BodyId body = link_body_[at(link)];
-    if (body < 0) continue;
+    if (!body.valid()) continue;
     const bool finger = is_finger_[at(link)];
     const auto near =
         world_.distance(body, object_, finger ? rules_.contact_range : rules_.clearance - 1e-3);

@@ -44,7 +44,7 @@ class SuctionGrasps : public GraspMaker {
     const RobotModel& model = *hand_.model;
     for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
       const BodyId body = world_.scene().linkBody(0, link);
-      if (body < 0) continue;
+      if (!body.valid()) continue;
       (link == hand_.hand.palm_link ? cup_ : others_).push_back(body);
     }
   }

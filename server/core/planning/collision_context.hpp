@@ -96,7 +96,7 @@ class CollisionContext {
   std::vector<const Manipulator*> holders_;
   CollisionWorld& world_;
   int object_ = -1;
-  BodyId object_body_ = -1;
+  BodyId object_body_;
   std::vector<BodyId> start_rest_, goal_rest_;
   std::deque<Pattern> patterns_;
 };

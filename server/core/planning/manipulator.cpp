@@ -87,7 +87,7 @@ Manipulator makeManipulator(const TransportProblem& problem, int robot, int arm)
   it.map.p_WShoulder = it.map.X_WA * it.kinematics->shoulder();
   for (const int link : it.hand->links) {
     const BodyId body = problem.collision->linkBody(robot, link);
-    if (body >= 0) it.hand_bodies.push_back(body);
+    if (body.valid()) it.hand_bodies.push_back(body);
   }
   return it;
 }

@@ -41,9 +41,9 @@ class SceneChecker {
     for (int robot = 0; robot < static_cast<int>(scene_.robots.size()); ++robot) {
       addMoving(robot, bodies);
     }
-    for (const BodyId body : bodies) moves[static_cast<std::size_t>(body)] = true;
-    for (BodyId body = 0; body < bodies_.bodies(); ++body) {
-      if (!moves[static_cast<std::size_t>(body)] && body != object_) bodies.push_back(body);
+    for (const BodyId body : bodies) moves[body] = true;
+    for (const BodyId body : IdRange<BodyId>(bodies_.bodies())) {
+      if (!moves[body] && body != object_) bodies.push_back(body);
     }
     BodyPairs allowed(bodies_.bodies());
     for (const BodyId body : bodies) allowed.insert(body, object_);
@@ -51,8 +51,7 @@ class SceneChecker {
     world_.setPose(object_, problem_.task.X_WO_start);
     auto contacts = world_.contacts(world_.makePairs(bodies, allowed));
     std::erase_if(contacts, [&](const BodyContact& contact) {
-      return !moves[static_cast<std::size_t>(contact.a)] &&
-             !moves[static_cast<std::size_t>(contact.b)] && contact.depth <= kFlush;
+      return !moves[contact.a] && !moves[contact.b] && contact.depth <= kFlush;
     });
     return failureOf(contacts, FailureReason::kStartInCollision, "start", "At the start");
   }

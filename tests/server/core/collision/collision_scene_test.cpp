@@ -19,7 +19,7 @@ class Standing {
 
  private:
   BodyId body(const std::string& name) const {
-    for (BodyId id = 0; id < scene_.bodies(); ++id) {
+    for (const BodyId id : IdRange<BodyId>(scene_.bodies())) {
       if (scene_.name(id) == name) return id;
     }
     throw std::invalid_argument(name);
@@ -36,7 +36,7 @@ TEST(CollisionScene, EveryLinkWithShapesAndEveryObjectIsABody) {
   scene.objects.push_back(boxObject("cup", {0.1, 0.1, 0.1}, {2, 0, 0}));
   const CollisionScene world(scene);
   EXPECT_EQ(world.bodies(), static_cast<int>(model->links.size()));
-  EXPECT_EQ(world.linkBody(0, model->findLink("head")), -1);
+  EXPECT_FALSE(world.linkBody(0, model->findLink("head")).valid());
   EXPECT_EQ(world.name(world.linkBody(0, model->findLink("left_palm"))), "two_arms/left_palm");
   EXPECT_EQ(world.name(world.objectBody(0)), "cup");
 }

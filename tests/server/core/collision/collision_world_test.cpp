@@ -121,7 +121,7 @@ TEST_F(CollisionWorldTest, MakesEachPairOnceLessStandingAllowedAndRigidOnes) {
   EXPECT_EQ(has(loose, finger_a, palm), 0);
   EXPECT_EQ(has(loose, finger_a, base), 1);
   EXPECT_EQ(has(loose, finger_a, finger_a), 0);
-  rigid[static_cast<std::size_t>(finger_a)] = rigid[static_cast<std::size_t>(finger_b)] = 4;
+  rigid[finger_a] = rigid[finger_b] = 4;
   EXPECT_EQ(has(world_->makePairs({finger_a, finger_b}, allowed, rigid), finger_a, finger_b), 0);
 }
 

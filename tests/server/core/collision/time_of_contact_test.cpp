@@ -55,7 +55,7 @@ void expectTimeOfContact(Checked& it, const JointMotion& motion,
                          const std::function<double(double)>& gapAt) {
   ASSERT_GT(gapAt(0), 0.01);
   ASSERT_LT(gapAt(1), -0.001);
-  const BodyId tip = it.world.scene().bodies() - 2, object = it.world.scene().bodies() - 1;
+  const BodyId tip(it.world.scene().bodies() - 2), object(it.world.scene().bodies() - 1);
   for (const Clearance& clearance : {kPlannedClearance, kTimedClearance}) {
     const double free = whenGapIs(gapAt, clearance.looked + kNear);
     const double hit = whenGapIs(gapAt, clearance.proven - kNear);
