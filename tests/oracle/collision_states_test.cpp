@@ -59,13 +59,13 @@ class ButlerStates : public testing::Test {
     std::vector<BodyId> moving;
     for (std::size_t r = 0; r < scene_->robots.size(); ++r) {
       for (std::size_t l = 0; l < scene_->robots[r].model->links.size(); ++l) {
-        const BodyId body = world_.scene().linkBody(static_cast<int>(r), static_cast<int>(l));
+        const BodyId body = world_.scene().linkBody(RobotId(r), LinkId(l));
         if (body.valid()) moving.push_back(body);
       }
     }
     for (std::size_t o = 0; o < scene_->objects.size(); ++o) {
       if (scene_->objects[o].attached_to) {
-        moving.push_back(world_.scene().objectBody(static_cast<int>(o)));
+        moving.push_back(world_.scene().objectBody(ObjectId(o)));
       }
     }
     return moving;
@@ -77,12 +77,11 @@ class ButlerStates : public testing::Test {
       const SceneRobot& robot = scene_->robots[r];
       RobotVector q(robot.model->dofs());
       for (int dof = 0; dof < robot.model->dofs(); ++dof) {
-        const Joint& joint = robot.model->joints[static_cast<std::size_t>(
-            robot.model->dof_joints[static_cast<std::size_t>(dof)])];
+        const Joint& joint = robot.model->joints[robot.model->dof_joints[dof]];
         q[dof] = random.uniform(joint.lower, joint.upper);
       }
       linkPoses(*robot.model, robot.X_WB, q, X_WL);
-      world_.setRobot(static_cast<int>(r), X_WL);
+      world_.setRobot(RobotId(r), X_WL);
     }
     for (std::size_t b = 0; b < fcl_.size(); ++b) {
       const Pose& X_WB = world_.pose(BodyId(b));

@@ -76,12 +76,12 @@ class CollisionScene {
   /// `robot/link` or the object's name.
   const std::string& name(BodyId body) const;
   /// Invalid where the link has no shapes.
-  BodyId linkBody(int robot, int link) const;
+  BodyId linkBody(RobotId robot, LinkId link) const;
   /// Bodies of those links that have shapes, in the order given.
-  std::vector<BodyId> linkBodies(int robot, const std::vector<int>& links) const;
-  BodyId objectBody(int object) const;
-  /// The robot whose link the body is; -1: it is an object.
-  int robotOf(BodyId body) const;
+  std::vector<BodyId> linkBodies(RobotId robot, const std::vector<LinkId>& links) const;
+  BodyId objectBody(ObjectId object) const;
+  /// The robot whose link the body is; none: it is an object.
+  RobotId robotOf(BodyId body) const;
   /// Pairs never tested (design §5): links joined by a joint, through fixed ones too; SRDF pairs
   /// with reason Adjacent or Always; `attached_to` with its touch_links; resting pairs.
   const BodyPairs& standingPairs() const;
@@ -192,7 +192,7 @@ class CollisionWorld {
   const Pose& pose(BodyId body) const;
   /// Sets the poses of all links of a robot (X_WL by link index, from linkPoses()), and of the
   /// objects that the scene attaches to one of them.
-  void setRobot(int robot, const std::vector<Pose>& X_WL);
+  void setRobot(RobotId robot, const std::vector<Pose>& X_WL);
   /// Rises with every pose that becomes another: tells whether somebody has moved anything since.
   std::uint64_t changes() const;
 

@@ -294,7 +294,7 @@ void CollisionWorld::reset() {
   for (std::size_t r = 0; r < scene.robots.size(); ++r) {
     const SceneRobot& robot = scene.robots[r];
     linkPoses(*robot.model, robot.X_WB, robot.q_start, data_->X_WL);
-    setRobot(static_cast<int>(r), data_->X_WL);
+    setRobot(RobotId(r), data_->X_WL);
   }
 }
 
@@ -318,9 +318,9 @@ std::uint64_t CollisionWorld::changes() const { return data_->changes; }
 
 const Pose& CollisionWorld::pose(BodyId body) const { return data_->poses.at(body); }
 
-void CollisionWorld::setRobot(int robot, const std::vector<Pose>& X_WL) {
+void CollisionWorld::setRobot(RobotId robot, const std::vector<Pose>& X_WL) {
   const CollisionScene::Data& scene = data_->scene->data();
-  const std::vector<BodyId>& bodies = scene.link_bodies.at(static_cast<std::size_t>(robot));
+  const std::vector<BodyId>& bodies = scene.link_bodies.at(robot);
   if (X_WL.size() != bodies.size()) throw std::invalid_argument("setRobot: one pose per link");
   for (std::size_t l = 0; l < bodies.size(); ++l) {
     if (bodies[l].valid()) setPose(bodies[l], X_WL[l]);
@@ -328,8 +328,7 @@ void CollisionWorld::setRobot(int robot, const std::vector<Pose>& X_WL) {
   for (std::size_t o = 0; o < scene.objects.size(); ++o) {
     const std::optional<Attachment>& attached = scene.objects[o].attached_to;
     if (!attached || attached->robot != robot) continue;
-    setPose(scene.object_bodies[o],
-            X_WL[static_cast<std::size_t>(attached->link)] * attached->X_LO);
+    setPose(scene.object_bodies[o], X_WL[attached->link] * attached->X_LO);
   }
 }
 

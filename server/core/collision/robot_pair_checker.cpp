@@ -9,7 +9,7 @@ namespace {
 
 bool shareJoints(const StateCheckerSetup& first, const StateCheckerSetup& second) {
   if (first.robot != second.robot) return false;
-  return std::any_of(first.dofs.begin(), first.dofs.end(), [&](int dof) {
+  return std::any_of(first.dofs.begin(), first.dofs.end(), [&](DofId dof) {
     return std::find(second.dofs.begin(), second.dofs.end(), dof) != second.dofs.end();
   });
 }

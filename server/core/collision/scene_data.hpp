@@ -17,8 +17,9 @@ struct SceneShape {
 
 /// What a body is: a robot's link, or an object.
 struct BodyOwner {
-  int robot = -1, link = -1;
-  int object = -1;
+  RobotId robot;
+  LinkId link;
+  ObjectId object;
 };
 
 struct ScenePlacement {

@@ -60,14 +60,14 @@ class FingerClosing {
 
  private:
   struct Mover {
-    int link = -1;
+    LinkId link;
     BodyId body;
     double reach = 0;  // greatest speed of a point of the link per unit of the dof
   };
 
   struct SelfPair {
     BodyId a, b;
-    int link_a = -1, link_b = -1;
+    LinkId link_a, link_b;
     double needed = 0;
   };
 

@@ -67,7 +67,7 @@ struct GraspParams {
 inline constexpr double kCupGap = 0.0008;
 
 /// Hash of all that decides a set's content: object shapes, hand links, postures, parameters.
-std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, int arm,
+std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, ArmId arm,
                            const GraspParams& params);
 
 /// Makes the grasps of an object with the hand of a robot's arm, params.wanted of them or all there
@@ -88,7 +88,7 @@ std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, i
 /// The same bytes for the same input. Where there are none the set says why;
 /// kInvalidInput for an arm without hand, an object without shapes or
 /// parameters out of range; kCancelled, kDeadline.
-Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& model, int arm,
+Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& model, ArmId arm,
                                 const GraspParams& params,
                                 const std::function<void(double)>& progress,
                                 const Deadline& deadline);

@@ -10,10 +10,10 @@ std::string nameOf(const ArmName& arm) { return arm.robot + "/" + arm.arm; }
 
 /// Why the arm's grasp set is empty, after a colon; empty where nothing is known.
 std::string whyNoGrasps(const TransportProblem& problem, const ArmName& arm) {
-  const int robot = problem.scene->findRobot(arm.robot);
-  if (robot < 0) return "";
+  const RobotId robot = problem.scene->findRobot(arm.robot);
+  if (!robot.valid()) return "";
   const auto r = static_cast<std::size_t>(robot);
-  const int index = problem.scene->robots[r].model->findArm(arm.arm);
+  const ArmId index = problem.scene->robots[r].model->findArm(arm.arm);
   if (index < 0) return "";
   const auto& grasps = problem.resources[r].grasps[static_cast<std::size_t>(index)];
   return grasps && !grasps->none_because.empty() ? ": " + grasps->none_because : "";

@@ -24,9 +24,9 @@ struct Checked {
       : world(std::make_shared<const CollisionScene>(scene)), checker(world, setup(scene)) {}
 
   StateCheckerSetup setup(const Scene& scene) const {
-    std::vector<int> dofs;
-    for (int dof = 0; dof < scene.robots[0].model->dofs(); ++dof) dofs.push_back(dof);
-    return {world.scene(), 0, dofs};
+    std::vector<DofId> dofs;
+    for (const DofId dof : IdRange<DofId>(scene.robots[0].model->dofs())) dofs.push_back(dof);
+    return {world.scene(), RobotId(0), dofs};
   }
 
   CollisionWorld world;
