@@ -94,7 +94,7 @@ Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& mod
                                 const Deadline& deadline);
 
 /// JSON file, temporary name then rename.
-Result<bool> writeGraspSet(const GraspSet& set, std::uint64_t hash,
+Result<void> writeGraspSet(const GraspSet& set, std::uint64_t hash,
                            const std::filesystem::path& file);
 /// kNotFound: no file; kInvalidInput: not ours, malformed or another hash (the detail says what).
 Result<GraspSet> readGraspSet(const std::filesystem::path& file, std::uint64_t expected_hash);

@@ -320,7 +320,7 @@ std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, A
   return hash.value();
 }
 
-Result<bool> writeGraspSet(const GraspSet& set, std::uint64_t hash,
+Result<void> writeGraspSet(const GraspSet& set, std::uint64_t hash,
                            const std::filesystem::path& file) {
   json grasps = json::array();
   for (const Grasp& g : set.grasps) grasps.push_back(toJson(g));
@@ -348,7 +348,7 @@ Result<bool> writeGraspSet(const GraspSet& set, std::uint64_t hash,
     std::filesystem::remove(temporary, failed);
     return {ErrorCode::kIo, file.string() + ": " + why};
   }
-  return true;
+  return {};
 }
 
 Result<GraspSet> readGraspSet(const std::filesystem::path& file, std::uint64_t expected_hash) {
