@@ -141,75 +141,91 @@ void addFooter(CLI::App& app, const std::string& example, const std::string& exi
   app.footer("Example: " + example + "\nExit codes: " + exit_codes);
 }
 
+constexpr const char* kStartCodes = "2 usage, 3 configuration";
+
+std::string domainFault(const std::string& text) {
+  return parseDomain(text) ? "" : "must be a number from 0 to 232";
+}
+
+void addCellOptions(CLI::App& command, Options& options) {
+  command.add_option("--cell", options.cells, "Cell of config/cells, or file; may repeat")
+      ->allow_extra_args(false)
+      ->type_name("NAME|FILE");
+  command
+      .add_option("--root", options.root,
+                  "Folder that holds config/ and robots/ (default: HANDOVER_ROOT, else the "
+                  "installed share, else the repository)")
+      ->type_name("DIR");
+  command.add_option("--config", options.config, "Settings file")->type_name("FILE");
+}
+
+void addServe(CLI::App& app, Options& options) {
+  auto& command = *app.add_subcommand("serve", "Serve requests until SIGTERM or SIGINT");
+  addCellOptions(command, options);
+  command.add_option("--domain", options.domain, "DDS domain (default: HANDOVER_DOMAIN, else 0)")
+      ->check(domainFault)
+      ->type_name("NUMBER");
+  command.add_option("--threads", options.threads, "Requests planned at the same time, 1 to 64")
+      ->check(CLI::Range(1, 64))
+      ->type_name("NUMBER");
+  addFooter(command, "handoverd serve --cell butler --domain 7",
+            std::string("0 stopped by a signal, 1 internal error, ") + kStartCodes + ", 4 DDS.");
+}
+
+const CLI::App& addPrepare(CLI::App& app, Options& options) {
+  auto& command = *app.add_subcommand("prepare", "Build maps and grasp sets that are missing");
+  addCellOptions(command, options);
+  command.add_flag("--force", options.force, "Build all of them anew");
+  addFooter(command, "handoverd prepare --cell butler --cell stool",
+            std::string("0 all is there, 1 internal error, ") + kStartCodes + ".");
+  return command;
+}
+
+const CLI::App& addCheck(CLI::App& app, Options& options) {
+  auto& command =
+      *app.add_subcommand("check", "List every fault of cell, robot and settings files");
+  command.add_option("FILE", options.files, "Files")->required()->type_name("FILE");
+  command.add_option("--root", options.root, "Folder that holds config/ and robots/")
+      ->type_name("DIR");
+  command.add_flag("--scene", options.scene,
+                   "What touches, floats, is out of reach (not built yet)");
+  command.add_flag("--json", options.json, "The faults as JSON (not built yet)");
+  addFooter(command, "handoverd check config/cells/butler.yaml robots/hubo/hubo.yaml",
+            "0 no faults, 1 internal error, 2 usage, 3 faults (a line each).");
+  return command;
+}
+
+/// The environment's where the command line names none.
+void settleDomain(Options& options) {
+  if (!options.domain.empty()) return;
+  options.domain = environmentDomain().value_or("");
+  if (!options.domain.empty() && !parseDomain(options.domain)) {
+    throw CLI::ValidationError("HANDOVER_DOMAIN", domainFault(options.domain));
+  }
+}
+
 int run(int argc, char** argv) {
   CLI::App app{"Answers handover requests over DDS.", "handoverd"};
   app.set_version_flag("--version", std::string("handoverd ") + HANDOVER_VERSION);
   app.require_subcommand(1);
   app.fallthrough();  // --version after a command
-  Options options;
-  const auto shared = [&options](CLI::App& command) {
-    command.add_option("--cell", options.cells, "Cell of config/cells, or file; may repeat")
-        ->allow_extra_args(false)
-        ->type_name("NAME|FILE");
-    command
-        .add_option("--root", options.root,
-                    "Folder that holds config/ and robots/ (default: HANDOVER_ROOT, else the "
-                    "installed share, else the repository)")
-        ->type_name("DIR");
-  };
-  const auto check_domain = [](const std::string& text) -> std::string {
-    return parseDomain(text) ? "" : "must be a number from 0 to 232";
-  };
-  auto* serve_command = app.add_subcommand("serve", "Serve requests until SIGTERM or SIGINT");
-  shared(*serve_command);
-  serve_command->add_option("--config", options.config, "Settings file")->type_name("FILE");
-  serve_command
-      ->add_option("--domain", options.domain, "DDS domain (default: HANDOVER_DOMAIN, else 0)")
-      ->check(check_domain)
-      ->type_name("NUMBER");
-  serve_command
-      ->add_option("--threads", options.threads, "Requests planned at the same time, 1 to 64")
-      ->check(CLI::Range(1, 64))
-      ->type_name("NUMBER");
-  auto* prepare = app.add_subcommand("prepare", "Build maps and grasp sets that are missing");
-  shared(*prepare);
-  prepare->add_option("--config", options.config, "Settings file")->type_name("FILE");
-  prepare->add_flag("--force", options.force, "Build all of them anew");
-  auto* check = app.add_subcommand("check", "List every fault of cell, robot and settings files");
-  check->add_option("FILE", options.files, "Files")->required()->type_name("FILE");
-  check->add_option("--root", options.root, "Folder that holds config/ and robots/")
-      ->type_name("DIR");
-
-  check->add_flag("--scene", options.scene,
-                  "What touches, floats, is out of reach (not built yet)");
-  check->add_flag("--json", options.json, "The faults as JSON (not built yet)");
-  auto* adopt = app.add_subcommand("adopt", "Make a robot of ours of a URDF (not built yet)");
-  adopt->fallthrough(false)->allow_extras();
-
-  const std::string start_codes = "2 usage, 3 configuration";
   addFooter(app, "handoverd serve --cell butler",
-            "0 done, 1 internal error, " + start_codes + ", 4 DDS.");
-  addFooter(*serve_command, "handoverd serve --cell butler --domain 7",
-            "0 stopped by a signal, 1 internal error, " + start_codes + ", 4 DDS.");
-  addFooter(*prepare, "handoverd prepare --cell butler --cell stool",
-            "0 all is there, 1 internal error, " + start_codes + ".");
-  addFooter(*check, "handoverd check config/cells/butler.yaml robots/hubo/hubo.yaml",
-            "0 no faults, 1 internal error, 2 usage, 3 faults (a line each).");
-
+            std::string("0 done, 1 internal error, ") + kStartCodes + ", 4 DDS.");
+  Options options;
+  addServe(app, options);
+  const CLI::App& prepare = addPrepare(app, options);
+  const CLI::App& check = addCheck(app, options);
+  auto& adopt = *app.add_subcommand("adopt", "Make a robot of ours of a URDF (not built yet)");
+  adopt.fallthrough(false)->allow_extras();
   try {
     app.parse(argc, argv);
-    if (options.domain.empty()) {
-      options.domain = environmentDomain().value_or("");
-      if (!options.domain.empty() && !parseDomain(options.domain)) {
-        throw CLI::ValidationError("HANDOVER_DOMAIN", check_domain(options.domain));
-      }
-    }
+    settleDomain(options);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitDone : kExitUsage;
   }
-  if (adopt->parsed()) return notBuiltYet("adopt");
-  if (check->parsed()) return checkEvery(options);
-  if (prepare->parsed()) return prepareFiles(options);
+  if (adopt.parsed()) return notBuiltYet("adopt");
+  if (check.parsed()) return checkEvery(options);
+  if (prepare.parsed()) return prepareFiles(options);
   return serve(options);
 }
 

@@ -33,7 +33,7 @@ void syncFolder(const fs::path& folder) {
 
 }  // namespace
 
-Result<bool> writeFileAtomically(const fs::path& file, std::span<const std::byte> bytes) {
+Result<void> writeFileAtomically(const fs::path& file, std::span<const std::byte> bytes) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   std::error_code trouble;
   fs::create_directories(folder, trouble);
@@ -52,7 +52,7 @@ Result<bool> writeFileAtomically(const fs::path& file, std::span<const std::byte
   if (const int error = fd.close(); error != 0) return fail(error);
   if (::rename(temporary.c_str(), file.c_str()) != 0) return fail(errno);
   syncFolder(folder);
-  return true;
+  return {};
 }
 
 }  // namespace handover

@@ -130,11 +130,11 @@ void CellService::prepare(const PlanRequest& request, const Deadline& deadline) 
 
 std::vector<RobotResources> CellService::resources(const Scene& scene, const std::string& object,
                                                    const Deadline& deadline, Missing missing) {
-  const SceneObject& target = scene.objects[static_cast<std::size_t>(scene.findObject(object))];
+  const SceneObject& target = scene.objects[scene.findObject(object)];
   std::vector<RobotResources> all;
   for (const auto& robot : scene.robots) {
     RobotResources mine;
-    for (int arm = 0; arm < static_cast<int>(robot.model->arms.size()); ++arm) {
+    for (const ArmId arm : IdRange<ArmId>(robot.model->arms.size())) {
       mine.kinematics.push_back(cache_.kinematics(robot.model, arm));
       mine.maps.push_back(cache_.map(robot, arm, deadline, missing));
       mine.grasps.push_back(cache_.grasps(target, robot, arm, deadline, missing));
@@ -182,8 +182,7 @@ std::variant<TransportProblem, Outcome> CellService::problemOf(const Loaded& loa
   std::shared_ptr<const Scene> scene = instance.scene;
   if (problem.task.held_by) {
     const auto [robot, arm] = *problem.task.held_by;
-    const auto& grasps =
-        problem.resources[static_cast<std::size_t>(robot)].grasps[static_cast<std::size_t>(arm)];
+    const auto& grasps = problem.resources[robot].grasps[arm];
     auto held = std::make_shared<Scene>(*scene);
     problem.held_grasp = takeInHand(*held, problem.task, grasps.get());
     scene = std::move(held);
@@ -281,8 +280,7 @@ void CellService::addNearestFix(const Loaded& loaded, const PlanRequest& request
     failed.explanation.fix_text = "Not sought: fixes are sought for two holders of two robots.";
     return;
   }
-  const SceneRobot& moved_robot =
-      problem.scene->robots[static_cast<std::size_t>(chain.back().robot)];
+  const SceneRobot& moved_robot = problem.scene->robots[chain.back().robot];
   if (!lastMatters(failed, moved_robot.name)) {
     failed.explanation.fix_text = "No move of " + moved_robot.name + " would help.";
     return;

@@ -11,19 +11,20 @@ ChainHolder holderNamed(const std::string& name, const Scene& scene, const std::
                         std::vector<Fault>& faults) {
   const std::size_t slash = name.find('/');
   const std::string robot = name.substr(0, slash);
-  ChainHolder holder{scene.findRobot(robot), -1};
-  if (holder.robot < 0) {
+  ChainHolder holder{scene.findRobot(robot), {}};
+  if (!holder.robot.valid()) {
     faults.push_back({field, "the cell has no robot '" + robot + "'"});
     return holder;
   }
-  const RobotModel& model = *scene.robots[static_cast<std::size_t>(holder.robot)].model;
+  const RobotModel& model = *scene.robots[holder.robot].model;
   if (slash == std::string::npos) {
     if (model.arms.empty()) faults.push_back({field, "robot '" + robot + "' has no arm"});
     return holder;
   }
   const std::string arm = name.substr(slash + 1);
   holder.arm = model.findArm(arm);
-  if (holder.arm < 0) faults.push_back({field, "robot '" + robot + "' has no arm '" + arm + "'"});
+  if (!holder.arm.valid())
+    faults.push_back({field, "robot '" + robot + "' has no arm '" + arm + "'"});
   return holder;
 }
 
@@ -35,9 +36,9 @@ void applyChain(const PlanRequest& request, const Scene& scene, SceneTask& task,
   for (std::size_t i = 0; i < request.chain.size(); ++i) {
     const std::string field = "chain[" + std::to_string(i) + "]";
     const ChainHolder holder = holderNamed(request.chain[i], scene, field, faults);
-    if (i > 0 && holder.robot >= 0 && holder.robot == task.chain.back().robot) {
-      const auto& model = *scene.robots[static_cast<std::size_t>(holder.robot)].model;
-      const bool same = holder.arm >= 0 && holder.arm == task.chain.back().arm;
+    if (i > 0 && holder.robot.valid() && holder.robot == task.chain.back().robot) {
+      const auto& model = *scene.robots[holder.robot].model;
+      const bool same = holder.arm.valid() && holder.arm == task.chain.back().arm;
       if (same || model.arms.size() < 2) {
         faults.push_back({field, "successive holders must be different arms"});
       }
@@ -46,7 +47,7 @@ void applyChain(const PlanRequest& request, const Scene& scene, SceneTask& task,
   }
   if (!task.held_by || task.chain.empty()) return;
   const ChainHolder& first = task.chain.front();
-  if (first.robot != task.held_by->robot || (first.arm >= 0 && first.arm != task.held_by->arm)) {
+  if (first.robot != task.held_by->robot || (first.arm.valid() && first.arm != task.held_by->arm)) {
     faults.push_back({"chain[0]", "must be the arm that holds the object at the start"});
   }
 }
@@ -64,10 +65,10 @@ SceneTask describedTask(const PlanRequest& request, const Scene& scene,
                         std::vector<Fault>& faults) {
   SceneTask task;
   task.object = request.object;
-  if (const int object = scene.findObject(request.object); object < 0) {
+  if (const ObjectId object = scene.findObject(request.object); !object.valid()) {
     faults.push_back({"object_name", "the cell has no object '" + request.object + "'"});
   } else {
-    const SceneObject& it = scene.objects[static_cast<std::size_t>(object)];
+    const SceneObject& it = scene.objects[object];
     task.X_WO_start = it.X_WO;
     if (!it.resting.empty()) task.start_rest.objects = it.resting;
     if (it.attached_to) {
@@ -108,16 +109,16 @@ void checkSearch(const PlanRequest& request, const SceneTask& task, std::vector<
 
 int takeInHand(Scene& scene, SceneTask& task, const GraspSet* grasps) {
   if (grasps == nullptr || grasps->grasps.empty()) return -1;
-  SceneRobot& robot = scene.robots[static_cast<std::size_t>(task.held_by->robot)];
-  const Arm& arm = robot.model->arms[static_cast<std::size_t>(task.held_by->arm)];
-  const Hand& hand = robot.model->hands[static_cast<std::size_t>(arm.hand)];
+  SceneRobot& robot = scene.robots[task.held_by->robot];
+  const Arm& arm = robot.model->arms[task.held_by->arm];
+  const Hand& hand = robot.model->hands[arm.hand];
   const Grasp& grasp = grasps->grasps.front();
   for (std::size_t i = 0; i < hand.dofs.size(); ++i) {
-    robot.q_start[hand.dofs[i]] = grasp.closed[static_cast<Eigen::Index>(i)];
+    robot.q_start[hand.dofs[i].value()] = grasp.closed[static_cast<Eigen::Index>(i)];
   }
   std::vector<Pose> X_WL;
   linkPoses(*robot.model, robot.X_WB, robot.q_start, X_WL);
-  task.X_WO_start = X_WL[static_cast<std::size_t>(arm.tool_link)] * grasp.X_OT.inverse();
+  task.X_WO_start = X_WL[arm.tool_link] * grasp.X_OT.inverse();
   return 0;
 }
 

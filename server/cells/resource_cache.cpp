@@ -58,7 +58,7 @@ ResourceCache::ResourceCache(std::filesystem::path folder, Progress progress, bo
     : folder_(std::move(folder)), progress_(std::move(progress)), force_(force) {}
 
 std::shared_ptr<const ArmKinematics> ResourceCache::kinematics(
-    const std::shared_ptr<const RobotModel>& model, int arm) {
+    const std::shared_ptr<const RobotModel>& model, ArmId arm) {
   const MutexLock lock(mutex_);
   auto& entry = kinematics_[{model.get(), arm}];
   if (!entry) entry = std::make_shared<const ArmKinematics>(*model, arm);
@@ -101,12 +101,12 @@ std::shared_ptr<const Product> ResourceCache::get(Shelf<Product>& shelf, std::ui
   return product;
 }
 
-std::shared_ptr<const ReachabilityMap> ResourceCache::map(const SceneRobot& robot, int arm,
+std::shared_ptr<const ReachabilityMap> ResourceCache::map(const SceneRobot& robot, ArmId arm,
                                                           const Deadline& deadline,
                                                           Missing missing) {
   // Each arm's hash covers them all.
   const std::uint64_t hash =
-      ReachabilityMap::hash(*robot.model, 0, robot.q_start, ReachabilityParams{});
+      ReachabilityMap::hash(*robot.model, ArmId(0), robot.q_start, ReachabilityParams{});
   const auto maps = get(maps_, hash, deadline, missing, [&] {
     const std::vector<MapFile> files = mapFiles(robot);
     if (auto kept = force_ ? nullptr : readMaps(files)) return kept;
@@ -114,13 +114,13 @@ std::shared_ptr<const ReachabilityMap> ResourceCache::map(const SceneRobot& robo
     if (auto made = readMaps(files)) return made;
     throw std::runtime_error("maps of " + robot.model->name + ": gone as soon as made");
   });
-  return maps->at(static_cast<std::size_t>(arm));
+  return maps->at(arm);
 }
 
 std::vector<ResourceCache::MapFile> ResourceCache::mapFiles(const SceneRobot& robot) const {
   std::vector<MapFile> files;
   for (const Arm& arm : robot.model->arms) {
-    const std::uint64_t hash = ReachabilityMap::hash(*robot.model, static_cast<int>(files.size()),
+    const std::uint64_t hash = ReachabilityMap::hash(*robot.model, ArmId(files.size()),
                                                      robot.q_start, ReachabilityParams{});
     files.push_back(
         {folder_ / "maps" / (robot.model->name + "-" + arm.name + "-" + hexText(hash) + ".map"),
@@ -152,7 +152,7 @@ void ResourceCache::makeMaps(const SceneRobot& robot, const std::vector<MapFile>
   std::deque<ArmSelfCollision> arms;
   std::vector<ReachabilityMap::SelfCollision> touch;
   for (const MapFile& file : files) {
-    auto& arm = arms.emplace_back(model, static_cast<int>(paths.size()), robot.q_start);
+    auto& arm = arms.emplace_back(model, ArmId(paths.size()), robot.q_start);
     touch.emplace_back([&arm](const ArmVector& q) { return arm.touches(q); });
     paths.push_back(file.path);
   }
@@ -169,24 +169,21 @@ void ResourceCache::makeMaps(const SceneRobot& robot, const std::vector<MapFile>
 }
 
 std::shared_ptr<const GraspSet> ResourceCache::grasps(const SceneObject& object,
-                                                      const SceneRobot& robot, int arm,
+                                                      const SceneRobot& robot, ArmId arm,
                                                       const Deadline& deadline, Missing missing) {
-  const int hand = robot.model->arms[static_cast<std::size_t>(arm)].hand;
-  if (hand < 0) return nullptr;
-  const GraspParams params =
-      graspParams(object, robot, robot.model->hands[static_cast<std::size_t>(hand)]);
+  const HandId hand = robot.model->arms[arm].hand;
+  if (!hand.valid()) return nullptr;
+  const GraspParams params = graspParams(object, robot, robot.model->hands[hand]);
   const std::uint64_t hash = graspSetHash(object, *robot.model, arm, params);
   return get(grasps_, hash, deadline, missing,
              [&] { return makeGrasps(object, robot, arm, hash, deadline); });
 }
 
 std::shared_ptr<const GraspSet> ResourceCache::makeGrasps(const SceneObject& object,
-                                                          const SceneRobot& robot, int arm,
+                                                          const SceneRobot& robot, ArmId arm,
                                                           std::uint64_t hash,
                                                           const Deadline& deadline) {
-  const Hand& hand =
-      robot.model
-          ->hands[static_cast<std::size_t>(robot.model->arms[static_cast<std::size_t>(arm)].hand)];
+  const Hand& hand = robot.model->hands[robot.model->arms[arm].hand];
   const GraspParams params = graspParams(object, robot, hand);
   const std::string name = object.name + " " + robot.model->name + "/" + hand.name;
   const auto file =

@@ -39,14 +39,14 @@ class ResourceCache {
   ResourceCache(std::filesystem::path folder, Progress progress, bool force);
 
   /// @throws std::runtime_error with the reason when the map can neither be read nor made.
-  std::shared_ptr<const ReachabilityMap> map(const SceneRobot& robot, int arm,
+  std::shared_ptr<const ReachabilityMap> map(const SceneRobot& robot, ArmId arm,
                                              const Deadline& deadline, Missing missing);
   /// The grasps of `object` by the hand of the arm; nullptr when it has none. An empty set says
   /// why.
   std::shared_ptr<const GraspSet> grasps(const SceneObject& object, const SceneRobot& robot,
-                                         int arm, const Deadline& deadline, Missing missing);
+                                         ArmId arm, const Deadline& deadline, Missing missing);
   std::shared_ptr<const ArmKinematics> kinematics(const std::shared_ptr<const RobotModel>& model,
-                                                  int arm);
+                                                  ArmId arm);
 
  private:
   template <typename Product>
@@ -72,7 +72,8 @@ class ResourceCache {
   void makeMaps(const SceneRobot& robot, const std::vector<MapFile>& files,
                 const Deadline& deadline);
   std::shared_ptr<const GraspSet> makeGrasps(const SceneObject& object, const SceneRobot& robot,
-                                             int arm, std::uint64_t hash, const Deadline& deadline);
+                                             ArmId arm, std::uint64_t hash,
+                                             const Deadline& deadline);
 
   std::filesystem::path folder_;
   Progress progress_;
@@ -82,7 +83,7 @@ class ResourceCache {
   // Shelves are guarded too; clang does not follow them into get().
   Shelf<RobotMaps> maps_;
   Shelf<GraspSet> grasps_;
-  std::map<std::pair<const RobotModel*, int>, std::shared_ptr<const ArmKinematics>> kinematics_
+  std::map<std::pair<const RobotModel*, ArmId>, std::shared_ptr<const ArmKinematics>> kinematics_
       HANDOVER_GUARDED_BY(mutex_);
 };
 

@@ -49,32 +49,33 @@ class SceneResolver {
   void checkNames() {
     if (cell_.robots.empty()) report_.add("robots", "is empty");
     if (cell_.tasks.empty()) report_.add("tasks", "is empty");
-    if (robotNamed("world") >= 0) report_.add("robots.world", "'world' is the world's own name");
+    if (robotNamed("world").valid()) report_.add("robots.world", "'world' is the world's own name");
     for (const ObjectDescription& object : cell_.objects) {
       const std::string path = "objects." + object.name;
       if (object.name == "world") report_.add(path, "'world' is the world's own name");
-      if (robotNamed(object.name) >= 0) report_.add(path, "is the name of a robot too");
+      if (robotNamed(object.name).valid()) report_.add(path, "is the name of a robot too");
     }
   }
 
-  int robotNamed(const std::string& name) const {
-    for (std::size_t i = 0; i < cell_.robots.size(); ++i) {
-      if (cell_.robots[i].name == name) return static_cast<int>(i);
+  RobotId robotNamed(const std::string& name) const {
+    for (const RobotId i : IdRange<RobotId>(cell_.robots.size())) {
+      if (cell_.robots[i].name == name) return i;
     }
-    return -1;
+    return {};
   }
 
-  int objectNamed(const std::string& name, const std::string& path) {
-    for (std::size_t i = 0; i < cell_.objects.size(); ++i) {
-      if (cell_.objects[i].name == name) return static_cast<int>(i);
+  ObjectId objectNamed(const std::string& name, const std::string& path) {
+    for (const ObjectId i : IdRange<ObjectId>(cell_.objects.size())) {
+      if (cell_.objects[i].name == name) return i;
     }
     report_.add(path, "no object '" + name + "' in this cell");
-    return -1;
+    return {};
   }
 
-  int linkNamed(const RobotModel& model, const std::string& name, const std::string& path) {
-    const int link = model.findLink(name);
-    if (link < 0) report_.add(path, "link '" + name + "' is not in robot '" + model.name + "'");
+  LinkId linkNamed(const RobotModel& model, const std::string& name, const std::string& path) {
+    const LinkId link = model.findLink(name);
+    if (!link.valid())
+      report_.add(path, "link '" + name + "' is not in robot '" + model.name + "'");
     return link;
   }
 
@@ -99,10 +100,9 @@ class SceneResolver {
   RobotVector posture(const RobotDescription& description, const RobotModel& model,
                       const std::string& path) {
     RobotVector q(model.dofs());
-    for (int dof = 0; dof < model.dofs(); ++dof) {
-      const Joint& joint =
-          model.joints[static_cast<std::size_t>(model.dof_joints[static_cast<std::size_t>(dof)])];
-      q[dof] = std::clamp(0.0, joint.lower, joint.upper);
+    for (const DofId dof : IdRange<DofId>(model.dofs())) {
+      const Joint& joint = model.joints[model.dof_joints[dof]];
+      q[dof.value()] = std::clamp(0.0, joint.lower, joint.upper);
     }
     if (description.posture.empty()) return q;
     const auto state = model.named_states.find(description.posture);
@@ -115,8 +115,8 @@ class SceneResolver {
   void setJoints(const RobotDescription& description, const std::string& path, SceneRobot& robot) {
     for (const auto& [name, position] : description.joints) {
       const std::string at = path + "." + name;
-      const int index = robot.model->findJoint(name);
-      if (index < 0) {
+      const JointId index = robot.model->findJoint(name);
+      if (!index.valid()) {
         report_.add(at, "no such joint in robot '" + robot.model->name + "'");
         continue;
       }
@@ -127,7 +127,7 @@ class SceneResolver {
         report_.add(at, "is outside the joint's limits, " + std::to_string(joint.lower) + " to " +
                             std::to_string(joint.upper));
       } else {
-        robot.q_start[joint.dof] = std::clamp(position, joint.lower, joint.upper);
+        robot.q_start[joint.dof.value()] = std::clamp(position, joint.lower, joint.upper);
       }
     }
   }
@@ -137,19 +137,19 @@ class SceneResolver {
                SceneRobot& robot) {
     const RobotModel& model = *robot.model;
     const std::string at = path + ".arms." + arm_name;
-    const int arm_index = model.findArm(arm_name);
-    if (arm_index < 0) return report_.add(at, "robot '" + model.name + "' has no such arm");
-    const Arm& arm = model.arms[static_cast<std::size_t>(arm_index)];
+    const ArmId arm_index = model.findArm(arm_name);
+    if (!arm_index.valid()) return report_.add(at, "robot '" + model.name + "' has no such arm");
+    const Arm& arm = model.arms[arm_index];
     std::vector<Pose> X_BL;
     linkPoses(model, Pose::Identity(), robot.q_start, X_BL);
     IkQuery query;
     query.swivel_samples = kSwivelSamples;
     query.q_near.resize(static_cast<Eigen::Index>(arm.dofs.size()));
     for (std::size_t i = 0; i < arm.dofs.size(); ++i) {
-      query.q_near[static_cast<Eigen::Index>(i)] = robot.q_start[arm.dofs[i]];
+      query.q_near[static_cast<Eigen::Index>(i)] = robot.q_start[arm.dofs[i].value()];
     }
     std::vector<ArmVector> solutions;
-    const Pose X_AT = X_BL[static_cast<std::size_t>(arm.base_link)].inverse() * X_BT;
+    const Pose X_AT = X_BL[arm.base_link].inverse() * X_BT;
     ArmKinematics(model, arm_index).solve(X_AT, query, solutions);
     const auto nearest = std::min_element(solutions.begin(), solutions.end(),
                                           [&query](const ArmVector& a, const ArmVector& b) {
@@ -161,16 +161,17 @@ class SceneResolver {
                                            "' cannot reach this pose within its limits");
     }
     for (std::size_t i = 0; i < arm.dofs.size(); ++i) {
-      robot.q_start[arm.dofs[i]] = (*nearest)[static_cast<Eigen::Index>(i)];
+      robot.q_start[arm.dofs[i].value()] = (*nearest)[static_cast<Eigen::Index>(i)];
     }
   }
 
   void addRobotResting(const RobotDescription& description) {
-    SceneRobot& robot = scene().robots[static_cast<std::size_t>(robotNamed(description.name))];
+    SceneRobot& robot = scene().robots[robotNamed(description.name)];
     const std::string path = "robots." + description.name + ".resting";
     for (const auto& [link_name, object] : description.resting) {
-      const int link = linkNamed(*robot.model, link_name, path);
-      if (link >= 0 && objectNamed(object, path) >= 0) robot.resting.emplace_back(link, object);
+      const LinkId link = linkNamed(*robot.model, link_name, path);
+      if (link.valid() && objectNamed(object, path).valid())
+        robot.resting.emplace_back(link, object);
     }
   }
 
@@ -183,7 +184,7 @@ class SceneResolver {
     object.geometry = description.geometry;
     object.shapes = shapesFor(description, path + ".geometry");
     for (const std::string& other : description.resting) {
-      if (objectNamed(other, path + ".resting") < 0) continue;
+      if (!objectNamed(other, path + ".resting").valid()) continue;
       if (other == description.name) report_.add(path + ".resting", "rests on itself");
       object.resting.push_back(other);
     }
@@ -226,10 +227,10 @@ class SceneResolver {
               SceneObject& object) {
     Attachment attachment;
     attachment.robot = robotNamed(description.robot);
-    if (attachment.robot < 0) {
+    if (!attachment.robot.valid()) {
       return report_.add(path + ".robot", "no robot '" + description.robot + "' in this cell");
     }
-    const RobotModel& model = *scene().robots[static_cast<std::size_t>(attachment.robot)].model;
+    const RobotModel& model = *scene().robots[attachment.robot].model;
     attachment.link = linkNamed(model, description.link, path + ".link");
     attachment.X_LO = description.X_LO;
     for (const std::string& name : description.touch_links) {
@@ -241,14 +242,14 @@ class SceneResolver {
   void addGraspCounts(const ObjectDescription& description, const std::string& path,
                       SceneObject& object) {
     for (const auto& [robot_name, hands] : description.grasp_counts) {
-      const int robot = robotNamed(robot_name);
-      if (robot < 0) {
+      const RobotId robot = robotNamed(robot_name);
+      if (!robot.valid()) {
         report_.add(path + "." + robot_name, "no such robot in this cell");
         continue;
       }
-      const RobotModel& model = *scene().robots[static_cast<std::size_t>(robot)].model;
+      const RobotModel& model = *scene().robots[robot].model;
       for (const auto& [hand, count] : hands) {
-        if (model.findHand(hand) >= 0) continue;
+        if (model.findHand(hand).valid()) continue;
         report_.add(path + "." + robot_name + "." + hand,
                     "robot '" + robot_name + "' has no such hand");
       }
@@ -281,8 +282,8 @@ class SceneResolver {
     object_states_[index] = State::kBusy;
     SceneObject& object = scene().objects[index];
     std::optional<Pose> X_WO;
-    if (object.attached_to && object.attached_to->link >= 0) {
-      if (placeRobot(static_cast<std::size_t>(object.attached_to->robot))) {
+    if (object.attached_to && object.attached_to->link.valid()) {
+      if (placeRobot(object.attached_to->robot)) {
         X_WO = linkPose(object.attached_to->robot, object.attached_to->link) *
                object.attached_to->X_LO;
       }
@@ -300,9 +301,7 @@ class SceneResolver {
   }
 
   /// @pre the robot is placed.
-  const Pose& linkPose(int robot, int link) const {
-    return X_WL_[static_cast<std::size_t>(robot)][static_cast<std::size_t>(link)];
-  }
+  const Pose& linkPose(RobotId robot, LinkId link) const { return X_WL_[robot][link]; }
 
   std::optional<Pose> inWorld(const FramedPose& pose, const std::string& path) {
     if (pose.frame == "world") return pose.X_FO;
@@ -312,17 +311,17 @@ class SceneResolver {
       return scene().objects[i].X_WO * pose.X_FO;
     }
     const std::size_t slash = pose.frame.find('/');
-    const int robot = robotNamed(pose.frame.substr(0, slash));
-    if (robot < 0) {
+    const RobotId robot = robotNamed(pose.frame.substr(0, slash));
+    if (!robot.valid()) {
       report_.add(path + ".frame",
                   "'" + pose.frame + "' is neither world, an object, a robot nor robot/link");
       return std::nullopt;
     }
-    if (!placeRobot(static_cast<std::size_t>(robot))) return std::nullopt;
-    if (slash == std::string::npos) return linkPose(robot, 0) * pose.X_FO;
-    const RobotModel& model = *scene().robots[static_cast<std::size_t>(robot)].model;
-    const int link = linkNamed(model, pose.frame.substr(slash + 1), path + ".frame");
-    if (link < 0) return std::nullopt;
+    if (!placeRobot(robot)) return std::nullopt;
+    if (slash == std::string::npos) return linkPose(robot, LinkId(0)) * pose.X_FO;
+    const RobotModel& model = *scene().robots[robot].model;
+    const LinkId link = linkNamed(model, pose.frame.substr(slash + 1), path + ".frame");
+    if (!link.valid()) return std::nullopt;
     return linkPose(robot, link) * pose.X_FO;
   }
 
@@ -340,12 +339,12 @@ class SceneResolver {
                                        path + (description.giver_and_receiver ? key : ".chain")));
     }
     checkChain(task, path + (description.giver_and_receiver ? ".receiver" : ".chain"));
-    const int object = objectNamed(description.object, path + ".object");
-    if (object < 0) return;
-    if (scene().objects[static_cast<std::size_t>(object)].attached_to) {
+    const ObjectId object = objectNamed(description.object, path + ".object");
+    if (!object.valid()) return;
+    if (scene().objects[object].attached_to) {
       report_.add(path + ".object", "'" + description.object + "' is attached to a robot");
     }
-    task.X_WO_start = scene().objects[static_cast<std::size_t>(object)].X_WO;
+    task.X_WO_start = scene().objects[object].X_WO;
     if (description.start) place(*description.start, description, path + ".start", task.X_WO_start);
     if (!description.held_by.empty()) addHeldBy(description, path, task);
     place(description.goal, description, path + ".goal", task.X_WO_goal);
@@ -357,19 +356,20 @@ class SceneResolver {
   ChainHolder holderNamed(const std::string& name, const std::string& path) {
     const std::size_t slash = name.find('/');
     const std::string robot_name = name.substr(0, slash);
-    ChainHolder holder{robotNamed(robot_name), -1};
-    if (holder.robot < 0) {
+    ChainHolder holder{robotNamed(robot_name), {}};
+    if (!holder.robot.valid()) {
       report_.add(path, "no robot '" + robot_name + "' in this cell");
       return holder;
     }
-    const RobotModel& model = *scene().robots[static_cast<std::size_t>(holder.robot)].model;
+    const RobotModel& model = *scene().robots[holder.robot].model;
     if (slash == std::string::npos) {
       if (model.arms.empty()) report_.add(path, "robot '" + robot_name + "' has no arm");
       return holder;
     }
     const std::string arm = name.substr(slash + 1);
     holder.arm = model.findArm(arm);
-    if (holder.arm < 0) report_.add(path, "robot '" + robot_name + "' has no arm '" + arm + "'");
+    if (!holder.arm.valid())
+      report_.add(path, "robot '" + robot_name + "' has no arm '" + arm + "'");
     return holder;
   }
 
@@ -377,9 +377,9 @@ class SceneResolver {
     for (std::size_t i = 1; i < task.chain.size(); ++i) {
       const ChainHolder& a = task.chain[i - 1];
       const ChainHolder& b = task.chain[i];
-      if (a.robot < 0 || a.robot != b.robot) continue;
-      const RobotModel& model = *scene().robots[static_cast<std::size_t>(a.robot)].model;
-      if ((a.arm >= 0 && a.arm == b.arm) || model.arms.size() < 2) {
+      if (!a.robot.valid() || a.robot != b.robot) continue;
+      const RobotModel& model = *scene().robots[a.robot].model;
+      if ((a.arm.valid() && a.arm == b.arm) || model.arms.size() < 2) {
         report_.add(path, "successive holders must be different arms");
       }
     }
@@ -387,13 +387,13 @@ class SceneResolver {
 
   void addHeldBy(const TaskDescription& description, const std::string& path, SceneTask& task) {
     const ChainHolder holder = holderNamed(description.held_by, path + ".start.held_by");
-    if (holder.robot < 0) return;
-    if (holder.arm < 0) {
+    if (!holder.robot.valid()) return;
+    if (!holder.arm.valid()) {
       return report_.add(path + ".start.held_by", "must name the arm: robot/arm");
     }
     if (!task.chain.empty()) {
       const ChainHolder& first = task.chain.front();
-      if (first.robot != holder.robot || (first.arm >= 0 && first.arm != holder.arm)) {
+      if (first.robot != holder.robot || (first.arm.valid() && first.arm != holder.arm)) {
         report_.add(path + ".chain", "must begin with " + description.held_by +
                                          ", which holds the object at the start");
       }
@@ -412,8 +412,10 @@ class SceneResolver {
   /// By default an object rests on the one whose frame its start or goal is given in; at its start
   /// where the scene has it, on what the scene says.
   void addRests(const TaskDescription& task, const std::string& path, SceneTask& out) {
-    const auto isObject = [&](const std::string& frame) { return scene().findObject(frame) >= 0; };
-    const auto object = static_cast<std::size_t>(scene().findObject(task.object));
+    const auto isObject = [&](const std::string& frame) {
+      return scene().findObject(frame).valid();
+    };
+    const ObjectId object = scene().findObject(task.object);
     const std::vector<std::string>& resting = scene().objects[object].resting;
     if (task.start_rest) {
       out.start_rest = restOf(*task.start_rest, task, path + ".start_rest");
@@ -434,7 +436,7 @@ class SceneResolver {
     if (rest.none) return {true, std::nullopt};
     std::vector<std::string> objects;
     for (const std::string& name : rest.objects) {
-      if (objectNamed(name, path) < 0) continue;
+      if (!objectNamed(name, path).valid()) continue;
       if (name == task.object) report_.add(path, "rests on itself");
       objects.push_back(name);
     }

@@ -64,7 +64,7 @@ class WantedPairs : public btOverlapFilterCallback {
 
   bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
     const auto body = [](const btBroadphaseProxy* proxy) {
-      return static_cast<const btCollisionObject*>(proxy->m_clientObject)->getUserIndex();
+      return BodyId(static_cast<const btCollisionObject*>(proxy->m_clientObject)->getUserIndex());
     };
     return pairs_.contains(body(a), body(b));
   }
@@ -82,10 +82,10 @@ class BulletChecker : public ReferenceChecker {
     broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&wanted_);
     world_.setForceUpdateAllAabbs(false);
     std::vector<bool> moves(scene.shapes.size());
-    for (const BodyId body : scene.moving) moves[static_cast<std::size_t>(body)] = true;
+    for (const BodyId body : scene.moving) moves[body] = true;
     for (std::size_t body = 0; body < scene.shapes.size(); ++body) {
       for (const Shape& shape : scene.shapes[body]) {
-        add(static_cast<BodyId>(body), shape, scene.X_WBody[body], moves[body]);
+        add(BodyId(body), shape, scene.X_WBody[body], moves[body]);
       }
     }
   }
@@ -98,8 +98,7 @@ class BulletChecker : public ReferenceChecker {
 
   bool valid(const std::vector<Pose>& X_WBody) override {
     for (PlacedShape& placed : moving_) {
-      placed.object->setWorldTransform(
-          toBullet(X_WBody[static_cast<std::size_t>(placed.body)] * placed.X_BS));
+      placed.object->setWorldTransform(toBullet(X_WBody[placed.body] * placed.X_BS));
     }
     world_.performDiscreteCollisionDetection();
     for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
@@ -118,7 +117,7 @@ class BulletChecker : public ReferenceChecker {
     btCollisionObject& object = *placed.object;
     object.setCollisionShape(placed.shape.get());
     object.setWorldTransform(toBullet(X_WBody * shape.X_BS));
-    object.setUserIndex(body);
+    object.setUserIndex(body.value());
     if (moves) {
       object.setCollisionFlags(object.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
       object.setActivationState(DISABLE_DEACTIVATION);

@@ -37,13 +37,13 @@ class FclChecker : public ReferenceChecker {
  public:
   explicit FclChecker(const CheckedScene& scene) : pairs_(scene.pairs) {
     std::vector<bool> moves(scene.shapes.size());
-    for (const BodyId body : scene.moving) moves[static_cast<std::size_t>(body)] = true;
+    for (const BodyId body : scene.moving) moves[body] = true;
     for (const bool moving : {true, false}) {
       auto& list = moving ? moving_ : still_;
       for (std::size_t body = 0; body < scene.shapes.size(); ++body) {
         if (moves[body] != moving) continue;
         for (const Shape& shape : scene.shapes[body]) {
-          list.push_back({static_cast<BodyId>(body), shape.X_BS,
+          list.push_back({BodyId(body), shape.X_BS,
                           std::make_unique<fcl::CollisionObjectd>(
                               test::fclGeometry(shape), scene.X_WBody[body] * shape.X_BS)});
         }
@@ -59,7 +59,7 @@ class FclChecker : public ReferenceChecker {
 
   bool valid(const std::vector<Pose>& X_WBody) override {
     for (PlacedShape& placed : moving_) {
-      placed.object->setTransform(X_WBody[static_cast<std::size_t>(placed.body)] * placed.X_BS);
+      placed.object->setTransform(X_WBody[placed.body] * placed.X_BS);
       placed.object->computeAABB();
     }
     moving_tree_.update();

@@ -99,9 +99,8 @@ bool reaches(const ArmKinematics& arm, const std::optional<ArmVector>& q, const 
 }
 
 Report ikOf(const Scene& scene, const ArmName& name, const Effort& effort) {
-  const RobotModel& model =
-      *scene.robots[static_cast<std::size_t>(scene.findRobot(name.robot))].model;
-  const int index = model.findArm(name.arm);
+  const RobotModel& model = *scene.robots[scene.findRobot(name.robot)].model;
+  const ArmId index = model.findArm(name.arm);
   const Arm& described = model.arms[static_cast<std::size_t>(index)];
   const auto link = [&model](int id) { return model.links[static_cast<std::size_t>(id)].name; };
   const ArmKinematics arm(model, index);

@@ -22,9 +22,8 @@ class PlainMap {
  public:
   PlainMap(const RobotModel& model, const Arm& arm, double voxel)
       : voxel_(voxel), cells_(static_cast<std::size_t>(kSize) * kSize * kSize) {
-    for (int link = arm.tool_link; link != arm.base_link;) {
-      const Joint& joint = model.joints[static_cast<std::size_t>(
-          model.links[static_cast<std::size_t>(link)].parent_joint)];
+    for (LinkId link = arm.tool_link; link != arm.base_link;) {
+      const Joint& joint = model.joints[model.links[link].parent_joint];
       joints_.insert(joints_.begin(), joint);
       link = joint.parent_link;
     }
@@ -108,7 +107,7 @@ class PlainMap {
 };
 
 /// Throws unless both sides compute the same.
-void compare(const RobotModel& model, int arm_index, PlainMap& plain) {
+void compare(const RobotModel& model, ArmId arm_index, PlainMap& plain) {
   const ArmKinematics arm(model, arm_index);
   std::mt19937_64 random(2);
   ArmVector q(arm.dofs());
@@ -123,13 +122,13 @@ void compare(const RobotModel& model, int arm_index, PlainMap& plain) {
 Row mapOf(const SceneRobot& robot, const ArmName& name, const Effort& effort) {
   // One arm alone: a robot's maps are sampled together.
   RobotModel model = *robot.model;
-  model.arms = {model.arms.at(static_cast<std::size_t>(model.findArm(name.arm)))};
+  model.arms = {model.arms.at(model.findArm(name.arm))};
   ReachabilityParams params;
   params.samples = static_cast<std::uint64_t>(effort.samples);
   const test::TemporaryFolder folder;
   const std::vector<std::filesystem::path> files{folder / "bench.map"};
   PlainMap plain(model, model.arms.front(), params.voxel);
-  compare(model, 0, plain);
+  compare(model, ArmId(0), plain);
   const auto times = medianRounds(
       effort.rounds, {[&] {
                         const auto built = ReachabilityMap::build(model, robot.q_start, params, {},
@@ -149,8 +148,7 @@ Row mapOf(const SceneRobot& robot, const ArmName& name, const Effort& effort) {
 Report mapBench(const Scene& scene, const Effort& effort) {
   Report report;
   for (const ArmName& arm : kArms) {
-    report.rows.push_back(
-        mapOf(scene.robots[static_cast<std::size_t>(scene.findRobot(arm.robot))], arm, effort));
+    report.rows.push_back(mapOf(scene.robots[scene.findRobot(arm.robot)], arm, effort));
   }
   report.notes.push_back(
       "Maps: without tests for self-collision on either side; ours also keeps directions and the "

@@ -17,14 +17,14 @@ class MovingArm {
   MovingArm(const std::shared_ptr<const Scene>& scene, const ArmName& name)
       : scene_(scene),
         robot_(scene->findRobot(name.robot)),
-        model_(*scene->robots[static_cast<std::size_t>(robot_)].model),
-        arm_(model_.arms[static_cast<std::size_t>(model_.findArm(name.arm))]),
+        model_(*scene->robots[robot_].model),
+        arm_(model_.arms[model_.findArm(name.arm)]),
         world_(std::make_shared<const CollisionScene>(*scene)),
         checker_(world_, StateCheckerSetup(world_.scene(), robot_, arm_.dofs)),
         links_(model_.linksMovedBy(arm_.dofs)),
-        q_(scene->robots[static_cast<std::size_t>(robot_)].q_start) {
-    linkPoses(model_, scene->robots[static_cast<std::size_t>(robot_)].X_WB, q_, X_WL_);
-    for (BodyId body = 0; body < world_.scene().bodies(); ++body) {
+        q_(scene->robots[robot_].q_start) {
+    linkPoses(model_, scene->robots[robot_].X_WB, q_, X_WL_);
+    for (const BodyId body : IdRange<BodyId>(world_.scene().bodies())) {
       X_WBody_.push_back(world_.pose(body));
     }
   }
@@ -36,13 +36,13 @@ class MovingArm {
     for (std::size_t r = 0; r < scene_->robots.size(); ++r) {
       const auto& links = scene_->robots[r].model->links;
       for (std::size_t l = 0; l < links.size(); ++l) {
-        const BodyId body = bodies.linkBody(static_cast<int>(r), static_cast<int>(l));
-        if (body >= 0) checked.shapes[static_cast<std::size_t>(body)] = links[l].collision;
+        const BodyId body = bodies.linkBody(RobotId(r), LinkId(l));
+        if (body.valid()) checked.shapes[body] = links[l].collision;
       }
     }
     for (std::size_t o = 0; o < scene_->objects.size(); ++o) {
-      const BodyId body = bodies.objectBody(static_cast<int>(o));
-      checked.shapes[static_cast<std::size_t>(body)] = scene_->objects[o].shapes;
+      const BodyId body = bodies.objectBody(ObjectId(o));
+      checked.shapes[body] = scene_->objects[o].shapes;
     }
     checked.X_WBody = X_WBody_;
     checked.moving = checker_.moving();
@@ -54,7 +54,7 @@ class MovingArm {
   Eigen::VectorXd randomState(std::mt19937_64& random) const {
     Eigen::VectorXd q(static_cast<Eigen::Index>(arm_.dofs.size()));
     for (std::size_t i = 0; i < arm_.joints.size(); ++i) {
-      const Joint& joint = model_.joints[static_cast<std::size_t>(arm_.joints[i])];
+      const Joint& joint = model_.joints[arm_.joints[i]];
       q[static_cast<Eigen::Index>(i)] =
           std::uniform_real_distribution(joint.lower, joint.upper)(random);
     }
@@ -66,26 +66,24 @@ class MovingArm {
   /// By a reference: the arm's links by our forward kinematics, then the reference's verdict.
   bool validBy(ReferenceChecker& reference, const Eigen::VectorXd& q) {
     for (std::size_t i = 0; i < arm_.dofs.size(); ++i) {
-      q_[arm_.dofs[i]] = q[static_cast<Eigen::Index>(i)];
+      q_[arm_.dofs[i].value()] = q[static_cast<Eigen::Index>(i)];
     }
     linkPosesOf(model_, q_, links_, X_WL_);
-    for (const int link : links_) {
+    for (const LinkId link : links_) {
       const BodyId body = world_.scene().linkBody(robot_, link);
-      if (body >= 0) {
-        X_WBody_[static_cast<std::size_t>(body)] = X_WL_[static_cast<std::size_t>(link)];
-      }
+      if (body.valid()) X_WBody_[body] = X_WL_[link];
     }
     return reference.valid(X_WBody_);
   }
 
  private:
   std::shared_ptr<const Scene> scene_;
-  int robot_;
+  RobotId robot_;
   const RobotModel& model_;
   const Arm& arm_;
   CollisionWorld world_;
   StateChecker checker_;
-  std::vector<int> links_;
+  std::vector<LinkId> links_;
   RobotVector q_;
   std::vector<Pose> X_WL_;
   std::vector<Pose> X_WBody_;

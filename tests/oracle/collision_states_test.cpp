@@ -59,13 +59,13 @@ class ButlerStates : public testing::Test {
     std::vector<BodyId> moving;
     for (std::size_t r = 0; r < scene_->robots.size(); ++r) {
       for (std::size_t l = 0; l < scene_->robots[r].model->links.size(); ++l) {
-        const BodyId body = world_.scene().linkBody(static_cast<int>(r), static_cast<int>(l));
-        if (body >= 0) moving.push_back(body);
+        const BodyId body = world_.scene().linkBody(RobotId(r), LinkId(l));
+        if (body.valid()) moving.push_back(body);
       }
     }
     for (std::size_t o = 0; o < scene_->objects.size(); ++o) {
       if (scene_->objects[o].attached_to) {
-        moving.push_back(world_.scene().objectBody(static_cast<int>(o)));
+        moving.push_back(world_.scene().objectBody(ObjectId(o)));
       }
     }
     return moving;
@@ -77,15 +77,14 @@ class ButlerStates : public testing::Test {
       const SceneRobot& robot = scene_->robots[r];
       RobotVector q(robot.model->dofs());
       for (int dof = 0; dof < robot.model->dofs(); ++dof) {
-        const Joint& joint = robot.model->joints[static_cast<std::size_t>(
-            robot.model->dof_joints[static_cast<std::size_t>(dof)])];
+        const Joint& joint = robot.model->joints[robot.model->dof_joints[dof]];
         q[dof] = random.uniform(joint.lower, joint.upper);
       }
       linkPoses(*robot.model, robot.X_WB, q, X_WL);
-      world_.setRobot(static_cast<int>(r), X_WL);
+      world_.setRobot(RobotId(r), X_WL);
     }
     for (std::size_t b = 0; b < fcl_.size(); ++b) {
-      const Pose& X_WB = world_.pose(static_cast<BodyId>(b));
+      const Pose& X_WB = world_.pose(BodyId(b));
       for (std::size_t s = 0; s < fcl_[b].shapes.size(); ++s) {
         fcl_[b].p_WBall[s] = X_WB * fcl_[b].shapes[s].ball_middle;
       }
@@ -95,8 +94,8 @@ class ButlerStates : public testing::Test {
   // Calls visit(shape of a, shape of b) for those that may be nearer than 4 mm, until it says true.
   template <typename Visit>
   bool anyNearShapes(BodyId a, BodyId b, const Visit& visit) const {
-    const FclBody& body_a = fcl_[static_cast<std::size_t>(a)];
-    const FclBody& body_b = fcl_[static_cast<std::size_t>(b)];
+    const FclBody& body_a = fcl_[a];
+    const FclBody& body_b = fcl_[b];
     for (std::size_t i = 0; i < body_a.shapes.size(); ++i) {
       for (std::size_t j = 0; j < body_b.shapes.size(); ++j) {
         const double reach = body_a.shapes[i].ball_radius + body_b.shapes[j].ball_radius + 0.004;

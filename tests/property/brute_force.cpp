@@ -51,8 +51,8 @@ BruteForce::BruteForce(const RandomCell& cell)
       if (model.links[l].collision.empty()) continue;
       Body& body = bodies_.emplace_back();
       body.name = scene_.robots[r].name + "/" + model.links[l].name;
-      body.robot = static_cast<int>(r);
-      body.link = static_cast<int>(l);
+      body.robot = RobotId(r);
+      body.link = LinkId(l);
       const std::string& name = model.links[l].name;
       body.moves = l > 0;
       body.hand = name == "palm" || name == "left_finger" || name == "right_finger";
@@ -62,7 +62,7 @@ BruteForce::BruteForce(const RandomCell& cell)
   for (std::size_t o = 0; o < scene_.objects.size(); ++o) {
     Body& body = bodies_.emplace_back();
     body.name = scene_.objects[o].name;
-    body.object = static_cast<int>(o);
+    body.object = ObjectId(o);
     body.moves = body.name == task_.object;
     for (const Shape& shape : scene_.objects[o].shapes) body.shapes.emplace_back(shape);
   }
@@ -95,9 +95,9 @@ BruteForce::State BruteForce::goalState() const {
 void BruteForce::put(State& state, Side side, const ArmVector& q, double fingers) const {
   const RobotModel& model = *small(side).model;
   for (Eigen::Index i = 0; i < q.size(); ++i) {
-    state.q[side][model.arms.front().dofs[static_cast<std::size_t>(i)]] = q[i];
+    state.q[side][model.arms.front().dofs[static_cast<std::size_t>(i)].value()] = q[i];
   }
-  state.q[side][model.hands.front().dofs.front()] = fingers;
+  state.q[side][model.hands.front().dofs.front().value()] = fingers;
 }
 
 std::vector<BruteForce::Hold> BruteForce::holds(Side side, const Pose& X_WO, int steps) const {
@@ -143,14 +143,14 @@ std::vector<BruteForce::Hold> BruteForce::freePlaces() const {
 }
 
 bool BruteForce::mayTouch(const State& state, const Body& a, const Body& b) const {
-  if (a.object >= 0 && b.object < 0) return mayTouch(state, b, a);
+  if (a.object.valid() && !b.object.valid()) return mayTouch(state, b, a);
   if (!a.moves && !b.moves) return true;
-  if (a.robot >= 0 && a.robot == b.robot) {
-    return scene_.robots[static_cast<std::size_t>(a.robot)].model->adjacent(a.link, b.link);
+  if (a.robot.valid() && a.robot == b.robot) {
+    return scene_.robots[a.robot].model->adjacent(a.link, b.link);
   }
-  if (a.robot >= 0) {
+  if (a.robot.valid()) {
     if (b.name != task_.object) return false;
-    return a.hand && (a.robot == kGiver ? state.touch_giver : state.touch_receiver);
+    return a.hand && (a.robot == RobotId(kGiver) ? state.touch_giver : state.touch_receiver);
   }
   if (a.name == task_.object) return contains(state.rest, b.name);
   return contains(state.rest, a.name);
@@ -166,11 +166,10 @@ std::vector<std::vector<Pose>> BruteForce::linkPosesAt(const State& state) const
 
 const Pose& BruteForce::poseOf(const Body& body, const State& state,
                                const std::vector<std::vector<Pose>>& X_WL) const {
-  if (body.robot >= 0) {
-    return X_WL[static_cast<std::size_t>(body.robot)][static_cast<std::size_t>(body.link)];
+  if (body.robot.valid()) {
+    return X_WL[body.robot][body.link];
   }
-  return body.name == task_.object ? state.X_WO
-                                   : scene_.objects[static_cast<std::size_t>(body.object)].X_WO;
+  return body.name == task_.object ? state.X_WO : scene_.objects[body.object].X_WO;
 }
 
 bool BruteForce::near(const Body& a, const Pose& X_Wa, const Body& b, const Pose& X_Wb) {
@@ -190,7 +189,7 @@ std::optional<std::string> BruteForce::tight(const State& state, bool without_ar
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     for (std::size_t j = i + 1; j < bodies_.size(); ++j) {
       const Body &a = bodies_[i], &b = bodies_[j];
-      if (without_arms && ((a.robot >= 0 && a.moves) || (b.robot >= 0 && b.moves))) continue;
+      if (without_arms && ((a.robot.valid() && a.moves) || (b.robot.valid() && b.moves))) continue;
       if (mayTouch(state, a, b)) continue;
       if (near(a, poseOf(a, state, X_WL), b, poseOf(b, state, X_WL))) {
         return a.name + " and " + b.name;
@@ -306,7 +305,7 @@ bool BruteForce::restsWhenLowered(const State& state) const {
   const Pose X_WO = Eigen::Translation3d(0, 0, -kLowered) * state.X_WO;
   for (const Body& body : bodies_) {
     if (!contains(state.rest, body.name)) continue;
-    const Pose& X_WX = scene_.objects[static_cast<std::size_t>(body.object)].X_WO;
+    const Pose& X_WX = scene_.objects[body.object].X_WO;
     if (fclDistance(box->shapes.front(), X_WO, body.shapes.front(), X_WX).low <= 0) return true;
   }
   return false;

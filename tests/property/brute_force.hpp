@@ -38,7 +38,9 @@ class BruteForce {
 
   struct Body {
     std::string name;
-    int robot = -1, link = -1, object = -1;
+    RobotId robot;
+    LinkId link;
+    ObjectId object;
     bool moves = false;  ///< a link beyond the base, or the box
     bool hand = false;
     std::vector<FclShape> shapes;

@@ -148,18 +148,18 @@ void dropPostsInside(Scene& scene) {
     bare.objects = scene.objects;
     const auto bodies = std::make_shared<const CollisionScene>(bare);
     CollisionWorld world(bodies);
-    const BodyId post = bodies->objectBody(static_cast<int>(i));
+    const BodyId post = bodies->objectBody(ObjectId(i));
     const auto inside = [&](BodyId other) {
       return world.distance(post, other, 0.003).has_value();
     };
     bool hit = false;
     for (std::size_t other = 0; other < scene.objects.size(); ++other) {
       if (other != i && scene.objects[other].name != "box") {
-        hit = hit || inside(bodies->objectBody(static_cast<int>(other)));
+        hit = hit || inside(bodies->objectBody(ObjectId(other)));
       }
     }
-    for (int robot = 0; robot < static_cast<int>(scene.robots.size()); ++robot) {
-      hit = hit || inside(bodies->linkBody(robot, 0));
+    for (const RobotId robot : IdRange<RobotId>(scene.robots.size())) {
+      hit = hit || inside(bodies->linkBody(robot, LinkId(0)));
     }
     if (hit && scene.objects[i].name.starts_with("post")) {
       scene.objects.erase(scene.objects.begin() + static_cast<std::ptrdiff_t>(i));
@@ -177,15 +177,14 @@ void standFree(Scene& scene, std::size_t robot, const SmallRobot& small, Draw& d
     const ArmVector q = draw.configuration(*small.kinematics);
     const Arm& arm = small.model->arms.front();
     for (std::size_t i = 0; i < arm.dofs.size(); ++i) {
-      placed.q_start[arm.dofs[i]] = q[static_cast<Eigen::Index>(i)];
+      placed.q_start[arm.dofs[i].value()] = q[static_cast<Eigen::Index>(i)];
     }
-    placed.q_start[small.model->hands.front().dofs.front()] = Gripper::kWidestOpening;
+    placed.q_start[small.model->hands.front().dofs.front().value()] = Gripper::kWidestOpening;
     const auto collision = std::make_shared<const CollisionScene>(scene);
-    std::vector<int> dofs(static_cast<std::size_t>(small.model->dofs()));
-    for (std::size_t i = 0; i < dofs.size(); ++i) dofs[i] = static_cast<int>(i);
+    std::vector<DofId> dofs;
+    for (const DofId dof : IdRange<DofId>(small.model->dofs())) dofs.push_back(dof);
     CollisionWorld world(collision);
-    StateChecker checker(world,
-                         StateCheckerSetup(*collision, static_cast<int>(robot), std::move(dofs)));
+    StateChecker checker(world, StateCheckerSetup(*collision, RobotId(robot), std::move(dofs)));
     if (checker.valid(placed.q_start)) return;
   }
 }
@@ -253,7 +252,7 @@ RandomCell makeCell(const SmallRobots& robots, const CellDraw& drawn) {
   SceneTask& task = cell.problem.task;
   task.name = "give";
   task.object = "box";
-  task.chain = {{0, -1}, {1, -1}};
+  task.chain = {{RobotId(0), {}}, {RobotId(1), {}}};
   if (drawn.hold) task.end = TransportEnd::kHold;
   task.X_WO_start = placeInReach(*cell.giver, giver.X_WB, *grasps_g, draw);
   task.X_WO_goal = placeInReach(*cell.receiver, receiver.X_WB, *grasps_r, draw);

@@ -175,10 +175,11 @@ void keepIfGood(const SmallRobot& robot, const Pose& X_BT, ArmVector q,
     }
   }
   RobotVector all = RobotVector::Zero(robot.model->dofs());
-  for (Eigen::Index i = 0; i < q.size(); ++i) all[arm.dofs[static_cast<std::size_t>(i)]] = q[i];
+  for (Eigen::Index i = 0; i < q.size(); ++i)
+    all[arm.dofs[static_cast<std::size_t>(i)].value()] = q[i];
   std::vector<Pose> X_BL;
   linkPoses(*robot.model, Pose::Identity(), all, X_BL);
-  const Pose& X = X_BL[static_cast<std::size_t>(arm.tool_link)];
+  const Pose& X = X_BL[arm.tool_link];
   if ((X.matrix() - X_BT.matrix()).cwiseAbs().maxCoeff() < 1e-6) kept.push_back(q);
 }
 
@@ -317,7 +318,7 @@ SmallRobot SmallRobots::make(RobotKind kind, int which) const {
   hand.closed = {{"left", 0.0}};
   settings.hands = {hand};
   robot.model = std::make_shared<const RobotModel>(loadRobot(settings));
-  robot.kinematics = std::make_shared<const ArmKinematics>(*robot.model, 0);
+  robot.kinematics = std::make_shared<const ArmKinematics>(*robot.model, ArmId(0));
 
   ReachabilityParams params;
   params.samples = samples;
@@ -328,7 +329,8 @@ SmallRobot SmallRobots::make(RobotKind kind, int which) const {
                                             {[&](const ArmVector& at) { return self.touches(at); }},
                                             {file}, {}, Deadline());
   if (!built) throw std::runtime_error(built.error().detail);
-  const auto map = ReachabilityMap::open(file, ReachabilityMap::hash(*robot.model, 0, q, params));
+  const auto map =
+      ReachabilityMap::open(file, ReachabilityMap::hash(*robot.model, ArmId(0), q, params));
   if (!map) throw std::runtime_error(map.error().detail);
   robot.map = *map;
   return robot;

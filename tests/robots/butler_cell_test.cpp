@@ -34,11 +34,11 @@ class ButlerCell : public ::testing::Test {
   }
 
   static Pose poseOf(const Scene& scene, const char* object) {
-    return scene.objects.at(static_cast<std::size_t>(scene.findObject(object))).X_WO;
+    return scene.objects.at(scene.findObject(object)).X_WO;
   }
 
   static Pose baseOf(const Scene& scene, const char* robot) {
-    return scene.robots.at(static_cast<std::size_t>(scene.findRobot(robot))).X_WB;
+    return scene.robots.at(scene.findRobot(robot)).X_WB;
   }
 
   /// What touches beyond the standing pairs, of everything that moves in some request: all links of
@@ -49,11 +49,10 @@ class ButlerCell : public ::testing::Test {
                                world.scene().objectBody(scene.findObject("tray"))};
     for (std::size_t robot = 0; robot < scene.robots.size(); ++robot) {
       const RobotModel& model = *scene.robots[robot].model;
-      std::vector<int> dofs;
+      std::vector<DofId> dofs;
       for (const Arm& arm : model.arms) dofs.insert(dofs.end(), arm.dofs.begin(), arm.dofs.end());
-      for (const BodyId body :
-           world.scene().linkBodies(static_cast<int>(robot), model.linksMovedBy(dofs))) {
-        if (body >= 0) moving.push_back(body);
+      for (const BodyId body : world.scene().linkBodies(RobotId(robot), model.linksMovedBy(dofs))) {
+        if (body.valid()) moving.push_back(body);
       }
     }
     std::vector<std::string> pairs;
@@ -85,8 +84,8 @@ TEST_F(ButlerCell, FacesTheOriginWithHubo) {
 TEST_F(ButlerCell, PinchesTheTrayFromBothSides) {
   const Cell::Instance butler = instance();
   const Scene& scene = *butler.scene;
-  const int hubo = scene.findRobot("hubo");
-  const RobotModel& model = *scene.robots.at(static_cast<std::size_t>(hubo)).model;
+  const RobotId hubo = scene.findRobot("hubo");
+  const RobotModel& model = *scene.robots.at(hubo).model;
   CollisionWorld world(std::make_shared<const CollisionScene>(scene));
   const BodyId tray = world.scene().objectBody(scene.findObject("tray"));
   for (const auto& [link, side] : {std::pair{"Body_RF13", 1}, std::pair{"Body_RF23", 1},
@@ -118,15 +117,16 @@ TEST_F(ButlerCell, ReturnsTheCupFromTheTrayToWhereItWasServedFrom) {
   const SceneTask& serve = butler.tasks.at(0);
   const SceneTask& back = butler.tasks.at(1);
   EXPECT_EQ(back.name, "return");
-  const int crichton = butler.scene->findRobot("crichton"), hubo = butler.scene->findRobot("hubo");
-  EXPECT_EQ(serve.chain, (std::vector<ChainHolder>{{crichton, -1}, {hubo, -1}}));
-  EXPECT_EQ(back.chain, (std::vector<ChainHolder>{{hubo, -1}, {crichton, -1}}));
+  const RobotId crichton = butler.scene->findRobot("crichton"),
+                hubo = butler.scene->findRobot("hubo");
+  EXPECT_EQ(serve.chain, (std::vector<ChainHolder>{{crichton, {}}, {hubo, {}}}));
+  EXPECT_EQ(back.chain, (std::vector<ChainHolder>{{hubo, {}}, {crichton, {}}}));
   EXPECT_EQ(back.X_WO_start.matrix(), serve.X_WO_goal.matrix());
   EXPECT_EQ(back.X_WO_goal.matrix(), serve.X_WO_start.matrix());
   EXPECT_EQ(back.start_rest, serve.goal_rest);
   EXPECT_EQ(back.goal_rest.objects, std::vector<std::string>{"cart_left"});
   Scene start = *startOf(butler.scene, back);
-  SceneObject& cup = start.objects.at(static_cast<std::size_t>(start.findObject("cup")));
+  SceneObject& cup = start.objects.at(start.findObject("cup"));
   EXPECT_EQ(cup.X_WO.matrix(), back.X_WO_start.matrix());
   cup.resting = back.start_rest.objects.value();
   for (const std::string& pair : touching(start)) ADD_FAILURE() << pair;

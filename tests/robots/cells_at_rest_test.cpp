@@ -102,7 +102,7 @@ TEST_P(OurCell, HasNoLinkInTheFurniture) {
   for (const auto& overrides : stands) {
     CollisionWorld world(std::make_shared<const CollisionScene>(*instance(overrides).scene));
     std::vector<BodyId> all;
-    for (BodyId body = 0; body < world.scene().bodies(); ++body) all.push_back(body);
+    for (const BodyId body : IdRange<BodyId>(world.scene().bodies())) all.push_back(body);
     for (const BodyContact& contact : contactsOf(world, all)) {
       EXPECT_LT(contact.depth, 0.0005)
           << world.scene().name(contact.a) << " and " << world.scene().name(contact.b)
@@ -153,10 +153,10 @@ TEST_P(OurCell, RestsItsObjectsWhereTasksBeginAndEnd) {
     for (const SceneTask& task : made.tasks) {
       SCOPED_TRACE(task.name + (overrides.empty() ? "" : " " + overrides[0].value));
       Scene scene = *startOf(made.scene, task);
-      const auto index = static_cast<std::size_t>(scene.findObject(task.object));
+      const ObjectId index = scene.findObject(task.object);
       scene.objects[index].resting.clear();  // a resting pair would not be tested
       CollisionWorld world(std::make_shared<const CollisionScene>(scene));
-      const BodyId object = world.scene().objectBody(static_cast<int>(index));
+      const BodyId object = world.scene().objectBody(index);
       const auto check = [&](const Pose& X_WO, const TaskRest& rest) {
         ++places;
         const auto above = standsIn(world, object, X_WO, 0.0008);
@@ -188,10 +188,9 @@ TEST_P(OurCell, StartsFreeOfContactsInItsDraws) {
     std::vector<BodyId> moving;
     for (std::size_t robot = 0; robot < made.scene->robots.size(); ++robot) {
       const RobotModel& model = *made.scene->robots[robot].model;
-      std::vector<int> dofs;
+      std::vector<DofId> dofs;
       for (const Arm& arm : model.arms) dofs.insert(dofs.end(), arm.dofs.begin(), arm.dofs.end());
-      for (const BodyId body :
-           world.scene().linkBodies(static_cast<int>(robot), model.linksMovedBy(dofs))) {
+      for (const BodyId body : world.scene().linkBodies(RobotId(robot), model.linksMovedBy(dofs))) {
         if (body >= 0) moving.push_back(body);
       }
     }

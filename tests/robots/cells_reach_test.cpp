@@ -15,7 +15,8 @@ constexpr int kSamples = 20000;
 
 /// An arm as it stands in a cell: where its shoulder is and how far from it the tool gets.
 struct PlacedArm {
-  int robot = -1, arm = -1;
+  RobotId robot;
+  ArmId arm;
   Eigen::Vector3d p_WShoulder;
   double reach = 0;  ///< [m], the most of many random configurations
 
@@ -29,9 +30,9 @@ class Reach {
     ModelCache models;
     instance_ = std::get<Cell::Instance>(
         Cell::load(root / "config/cells" / (cell + ".yaml"), root, models).instantiate({}, 1));
-    for (int robot = 0; robot < static_cast<int>(instance_.scene->robots.size()); ++robot) {
-      const auto& model = *instance_.scene->robots[static_cast<std::size_t>(robot)].model;
-      for (int arm = 0; arm < static_cast<int>(model.arms.size()); ++arm) place(robot, arm);
+    for (const RobotId robot : IdRange<RobotId>(instance_.scene->robots.size())) {
+      const auto& model = *instance_.scene->robots[robot].model;
+      for (const ArmId arm : IdRange<ArmId>(model.arms.size())) place(robot, arm);
     }
   }
 
@@ -39,7 +40,7 @@ class Reach {
 
   /// What may separate the object's origin from the tool that holds it, or two tools at a handover.
   double objectRadius() const {
-    const auto index = static_cast<std::size_t>(instance_.scene->findObject(task().object));
+    const ObjectId index = instance_.scene->findObject(task().object);
     double radius = 0;
     for (const Shape& shape : instance_.scene->objects.at(index).shapes) {
       if (const auto* box = std::get_if<BoxShape>(&shape.geometry)) {
@@ -76,12 +77,12 @@ class Reach {
   }
 
  private:
-  void place(int robot, int arm) {
-    const SceneRobot& at = instance_.scene->robots.at(static_cast<std::size_t>(robot));
+  void place(RobotId robot, ArmId arm) {
+    const SceneRobot& at = instance_.scene->robots.at(robot);
     const ArmKinematics kinematics(*at.model, arm);
     std::vector<Pose> X_WL;
     linkPoses(*at.model, at.X_WB, at.q_start, X_WL);
-    const int base = at.model->arms.at(static_cast<std::size_t>(arm)).base_link;
+    const LinkId base = at.model->arms.at(arm).base_link;
     PlacedArm placed;
     placed.robot = robot;
     placed.arm = arm;

@@ -17,7 +17,7 @@ namespace {
 
 class RobotContacts : public ::testing::TestWithParam<const char*> {
  protected:
-  std::string reasonOf(int link_a, int link_b) const {
+  std::string reasonOf(LinkId link_a, LinkId link_b) const {
     const auto pair = model_.disabled_pairs.find(std::minmax(link_a, link_b));
     return pair == model_.disabled_pairs.end() ? "" : pair->second;
   }
@@ -49,7 +49,7 @@ TEST_P(RobotContacts, NeighboursButOneInAnArmStayApart) {
   const auto& apart = robots.at(GetParam());
   std::size_t found = 0;
   for (const LinkPairTouch& pair : sampleSelfCollision(model_, 2000, 2)) {
-    const auto name = [&](int link) { return model_.links[static_cast<std::size_t>(link)].name; };
+    const auto name = [&](LinkId link) { return model_.links[link].name; };
     for (const auto& [a, b] : apart) {
       if (name(pair.link_a) != a || name(pair.link_b) != b) continue;
       EXPECT_EQ(pair.pattern, TouchPattern::kNever) << a << " " << b << " " << pair.touching;
@@ -65,8 +65,8 @@ TEST_P(RobotContacts, NamedStatesAreFree) {
     scene.robots.push_back(
         {"robot", std::make_shared<const RobotModel>(model_), Pose::Identity(), q, {}});
     CollisionWorld world(std::make_shared<const CollisionScene>(scene));
-    std::vector<BodyId> bodies(static_cast<std::size_t>(world.scene().bodies()));
-    std::iota(bodies.begin(), bodies.end(), 0);
+    std::vector<BodyId> bodies;
+    for (const BodyId body : IdRange<BodyId>(world.scene().bodies())) bodies.push_back(body);
     const PairList pairs = world.makePairs(bodies, BodyPairs(world.scene().bodies()));
     ASSERT_GT(pairs.pairs().size(), 100u);
     for (const BodyContact& contact : world.contacts(pairs)) {
@@ -89,11 +89,10 @@ TEST_P(RobotContacts, NoContactOnAMotionEscapesTheProof) {
       {"hubo", {"Body_LWR", "Body_RWR"}},
       {"person", {"left_Palm", "right_Palm"}}};
   for (const char* wrist : wrists.at(GetParam())) {
-    std::vector<int> dofs;
-    for (int link = model_.findLink(wrist); link > 0;) {
-      const Joint& joint = model_.joints[static_cast<std::size_t>(
-          model_.links[static_cast<std::size_t>(link)].parent_joint)];
-      if (joint.dof >= 0 && dofs.size() < 7) dofs.insert(dofs.begin(), joint.dof);
+    std::vector<DofId> dofs;
+    for (LinkId link = model_.findLink(wrist); link != LinkId(0);) {
+      const Joint& joint = model_.joints[model_.links[link].parent_joint];
+      if (joint.dof.valid() && dofs.size() < 7) dofs.insert(dofs.begin(), joint.dof);
       link = joint.parent_link;
     }
     ASSERT_EQ(dofs.size(), 7u);
@@ -114,12 +113,11 @@ TEST_P(RobotContacts, NoContactOnAMotionEscapesTheProof) {
       scene.objects.push_back(object);
     }
     CollisionWorld world(std::make_shared<const CollisionScene>(scene));
-    StateChecker checker(world, {world.scene(), 0, dofs});
+    StateChecker checker(world, {world.scene(), RobotId(0), dofs});
     const auto draw = [&] {
       Eigen::VectorXd q(7);
       for (std::size_t i = 0; i < 7; ++i) {
-        const auto dof = static_cast<std::size_t>(dofs[i]);
-        const Joint& joint = model_.joints[static_cast<std::size_t>(model_.dof_joints[dof])];
+        const Joint& joint = model_.joints[model_.dof_joints[dofs[i]]];
         q[static_cast<Eigen::Index>(i)] = in(joint.lower, joint.upper);
       }
       return q;

@@ -26,9 +26,8 @@ TEST_P(RobotKinematics, AgreesWithKdlOnRandomPostures) {
   for (int n = 0; n < 1000; ++n) {
     const RobotVector q = testing::randomPosture(model, generator);
     std::map<std::string, double> by_name;
-    for (int dof = 0; dof < model.dofs(); ++dof) {
-      const int joint = model.dof_joints[static_cast<std::size_t>(dof)];
-      by_name[model.joints[static_cast<std::size_t>(joint)].name] = q[dof];
+    for (const DofId dof : IdRange<DofId>(model.dofs())) {
+      by_name[model.joints[model.dof_joints[dof]].name] = q[dof.value()];
     }
     linkPoses(model, Pose::Identity(), q, X_RL);
     for (std::size_t link = 1; link < model.links.size(); ++link) {
@@ -65,23 +64,23 @@ RobotModel ipaArm() {
                       {"arm_7_joint", "arm_7_link", 0, kRight, 0, kRight},
                       {"", "arm_ee_link", 0.0824, 0, 0, 0}};
   RobotModel model;
-  model.links.push_back({"base", -1, {}});
+  model.links.push_back({"base", {}, {}});
   for (const Row& row : rows) {
     Joint joint;
     joint.name = row.joint;
     joint.type = joint.name.empty() ? JointType::kFixed : JointType::kRevolute;
-    joint.parent_link = static_cast<int>(model.links.size()) - 1;
-    joint.child_link = joint.parent_link + 1;
+    joint.parent_link = LinkId(model.links.size() - 1);
+    joint.child_link = LinkId(model.links.size());
     joint.X_PJ.translation().z() = row.z;
     joint.X_PJ.linear() = (Eigen::AngleAxisd(row.yaw, Eigen::Vector3d::UnitZ()) *
                            Eigen::AngleAxisd(row.pitch, Eigen::Vector3d::UnitY()) *
                            Eigen::AngleAxisd(row.roll, Eigen::Vector3d::UnitX()))
                               .toRotationMatrix();
     if (joint.type == JointType::kRevolute) {
-      joint.dof = static_cast<int>(model.dof_joints.size());
-      model.dof_joints.push_back(static_cast<int>(model.joints.size()));
+      joint.dof = DofId(model.dof_joints.size());
+      model.dof_joints.push_back(JointId(model.joints.size()));
     }
-    model.links.push_back({row.child, static_cast<int>(model.joints.size()), {}});
+    model.links.push_back({row.child, JointId(model.joints.size()), {}});
     model.joints.push_back(joint);
   }
   return model;
@@ -108,16 +107,15 @@ TEST(PublishedPoses, AreOurModelsPoses) {
     RobotVector q = RobotVector::Zero(model->dofs());
     for (std::size_t i = 9; i < row.size(); ++i) {
       const auto equals = row[i].find('=');
-      const int joint = model->findJoint(row[i].substr(0, equals));
-      ASSERT_GE(joint, 0) << set << ": " << row[i];
-      q[model->joints[static_cast<std::size_t>(joint)].dof] = std::stod(row[i].substr(equals + 1));
+      const JointId joint = model->findJoint(row[i].substr(0, equals));
+      ASSERT_TRUE(joint.valid()) << set << ": " << row[i];
+      q[model->joints[joint].dof.value()] = std::stod(row[i].substr(equals + 1));
     }
-    const int from = model->findLink(row.at(0)), to = model->findLink(row.at(1));
-    ASSERT_TRUE(from >= 0 && to >= 0) << set << ": " << row[0] << " " << row[1];
+    const LinkId from = model->findLink(row.at(0)), to = model->findLink(row.at(1));
+    ASSERT_TRUE(from.valid() && to.valid()) << set << ": " << row[0] << " " << row[1];
     std::vector<Pose> X_WL;
     linkPoses(*model, Pose::Identity(), q, X_WL);
-    const Pose X_ours =
-        X_WL[static_cast<std::size_t>(from)].inverse() * X_WL[static_cast<std::size_t>(to)];
+    const Pose X_ours = X_WL[from].inverse() * X_WL[to];
     const auto number = [&row](std::size_t i) { return std::stod(row.at(i)); };
     const Eigen::Vector3d p_theirs(number(2), number(3), number(4));
     const Eigen::Quaterniond quat_theirs(number(5), number(6), number(7), number(8));
@@ -136,7 +134,7 @@ TEST(Crichton, ShouldersAndWristsAreWhereThePublishedScenesPutThem) {
   const auto at = [&](const char* state, const char* link) {
     std::vector<Pose> X_WL;
     linkPoses(model, Pose::Identity(), model.named_states.at(state), X_WL);
-    return X_WL[static_cast<std::size_t>(model.findLink(link))];
+    return X_WL[model.findLink(link)];
   };
   const auto near = [](const Eigen::Vector3d& p, double x, double y, double z) {
     return (p - Eigen::Vector3d(x, y, z)).norm() < 1e-3;
@@ -157,12 +155,11 @@ TEST(Hubo, StandsAndKneelsAtThePublishedHeights) {
   std::vector<Pose> X_BL;
   linkPoses(model, Pose::Identity(), model.named_states.at("standing"), X_BL);
   for (const char* foot : {"leftFoot", "rightFoot"}) {
-    EXPECT_NEAR(X_BL[static_cast<std::size_t>(model.findLink(foot))].translation().z(), -0.961,
-                1e-9);
+    EXPECT_NEAR(X_BL[model.findLink(foot)].translation().z(), -0.961, 1e-9);
   }
   linkPoses(model, Pose::Identity(), model.named_states.at("kneeling"), X_BL);
   for (const char* shin : {"Body_LKP", "Body_RKP"}) {
-    const Pose& X_BS = X_BL[static_cast<std::size_t>(model.findLink(shin))];
+    const Pose& X_BS = X_BL[model.findLink(shin)];
     EXPECT_NEAR(X_BS.translation().z(), 0.065 - 0.559, 1e-3);
     // The shin lies on the floor and points back.
     EXPECT_GT(X_BS.linear().col(2).x(), 0.99);

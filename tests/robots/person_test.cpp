@@ -28,7 +28,7 @@ std::vector<Pose> linksAt(const RobotVector& q) {
 }
 
 Eigen::Vector3d originOf(const std::vector<Pose>& X_BL, const std::string& link) {
-  return X_BL.at(static_cast<std::size_t>(person()->findLink(link))).translation();
+  return X_BL.at(person()->findLink(link)).translation();
 }
 
 TEST(Person, HasSegmentsInTheRatiosOfDrillisAndContini) {
@@ -60,12 +60,11 @@ TEST(Person, BendsItsJointsAsAnatomyCountsThem) {
                         const Eigen::Vector3d& p_L) {
     RobotVector q = RobotVector::Zero(person()->dofs());
     const auto at = [&](const RobotVector& posture) {
-      return Eigen::Vector3d(
-          linksAt(posture).at(static_cast<std::size_t>(person()->findLink(link))) * p_L);
+      return Eigen::Vector3d(linksAt(posture).at(person()->findLink(link)) * p_L);
     };
     const Eigen::Vector3d before = at(q);
-    const int index = person()->findJoint(joint);
-    q[person()->joints.at(static_cast<std::size_t>(index)).dof] = angle;
+    const JointId index = person()->findJoint(joint);
+    q[person()->joints.at(index).dof.value()] = angle;
     return Eigen::Vector3d(at(q) - before);
   };
   for (const auto& [side, outwards] : {std::pair<std::string, double>{"left", 1}, {"right", -1}}) {
@@ -89,7 +88,7 @@ TEST(Person, BendsItsJointsAsAnatomyCountsThem) {
 TEST(Person, HasArmsWithTheClosedFormOfInverseKinematics) {
   std::mt19937_64 generator(5);
   for (int arm = 0; arm < 2; ++arm) {
-    const ArmKinematics kinematics(*person(), arm);
+    const ArmKinematics kinematics(*person(), ArmId(arm));
     EXPECT_TRUE(kinematics.closedForm());
     EXPECT_EQ(kinematics.dofs(), 7);
     for (int n = 0; n < 100; ++n) {
@@ -129,7 +128,7 @@ TEST(Person, HoldsACupAndSmallBoxes) {
   params.wanted = 20;
   for (const SceneObject& object : objects) {
     for (int arm = 0; arm < 2; ++arm) {
-      const auto set = generateGrasps(object, *person(), arm, params, {}, Deadline{});
+      const auto set = generateGrasps(object, *person(), ArmId(arm), params, {}, Deadline{});
       ASSERT_TRUE(set.has_value()) << object.name << ": " << set.error().detail;
       EXPECT_EQ(set->grasps.size(), 20u);
       EXPECT_GT(set->grasps.front().quality, 0.05) << object.name;

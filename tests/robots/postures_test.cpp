@@ -30,9 +30,9 @@ TEST_P(RobotSrdf, NamedStatesAreWithinLimitsAsWritten) {
        state = state->NextSiblingElement("group_state")) {
     for (auto value = state->FirstChildElement("joint"); value;
          value = value->NextSiblingElement("joint")) {
-      const int index = model_.findJoint(value->Attribute("name"));
-      ASSERT_GE(index, 0) << value->Attribute("name");
-      const Joint& joint = model_.joints[static_cast<std::size_t>(index)];
+      const JointId index = model_.findJoint(value->Attribute("name"));
+      ASSERT_TRUE(index.valid()) << value->Attribute("name");
+      const Joint& joint = model_.joints[index];
       const double q = value->DoubleAttribute("value", NAN);
       EXPECT_GE(q, joint.lower) << state->Attribute("name") << " " << joint.name;
       EXPECT_LE(q, joint.upper) << state->Attribute("name") << " " << joint.name;
@@ -51,9 +51,10 @@ TEST_P(RobotSrdf, DisabledPairsNameLinksWithAReasonThatHolds) {
   int pairs = 0;
   for (auto pair = robot_->FirstChildElement("disable_collisions"); pair;
        pair = pair->NextSiblingElement("disable_collisions")) {
-    const int a = model_.findLink(pair->Attribute("link1"));
-    const int b = model_.findLink(pair->Attribute("link2"));
-    ASSERT_TRUE(a >= 0 && b >= 0) << pair->Attribute("link1") << " " << pair->Attribute("link2");
+    const LinkId a = model_.findLink(pair->Attribute("link1"));
+    const LinkId b = model_.findLink(pair->Attribute("link2"));
+    ASSERT_TRUE(a.valid() && b.valid())
+        << pair->Attribute("link1") << " " << pair->Attribute("link2");
     const std::string reason = pair->Attribute("reason");
     EXPECT_THAT(reason, ::testing::AnyOf("Adjacent", "Always"));
     EXPECT_EQ(model_.adjacent(a, b), reason == "Adjacent") << pair->Attribute("link1");
@@ -71,12 +72,12 @@ double distanceFromAxis(const RobotModel& model, const char* state,
                         const std::string& link, const Eigen::Vector3d& p_L) {
   RobotVector q = model.named_states.at(state);
   for (const auto& [joint, value] : moved) {
-    q[model.joints[static_cast<std::size_t>(model.findJoint(joint))].dof] = value;
+    q[model.joints[model.findJoint(joint)].dof.value()] = value;
   }
   std::vector<Pose> X_WL;
   linkPoses(model, Pose::Identity(), q, X_WL);
-  const Pose& X_WP = X_WL[static_cast<std::size_t>(model.findLink(palm))];
-  const Pose& X_WL_link = X_WL[static_cast<std::size_t>(model.findLink(link))];
+  const Pose& X_WP = X_WL[model.findLink(palm)];
+  const Pose& X_WL_link = X_WL[model.findLink(link)];
   return (X_WP.inverse() * (X_WL_link * p_L)).head<2>().norm();
 }
 
@@ -104,8 +105,7 @@ TEST(SdhFingers, OpenWiderThanTheCupAtTheGraspLink) {
   std::vector<Pose> X_WL;
   linkPoses(model, Pose::Identity(), model.named_states.at("home"), X_WL);
   for (const std::string side : {"left", "right"}) {
-    const Pose X_TW =
-        X_WL[static_cast<std::size_t>(model.findLink(side + "_grasp_link"))].inverse();
+    const Pose X_TW = X_WL[model.findLink(side + "_grasp_link")].inverse();
     // Free width along palm x within 1 cm of the grasp link's height.
     double thumb = -1, fingers = 1;
     for (const std::string finger : {"_finger_1", "_finger_2", "_thumb_"}) {
@@ -148,15 +148,14 @@ TEST(HuboFingers, CloseTowardsThePalmsAxisWithPositiveAngles) {
         RobotVector q = model.named_states.at("standing");
         const double values[] = {proximal, middle, distal};
         for (int k = 0; k < 3; ++k) {
-          const int joint = model.findJoint(name + std::to_string(k + 1));
-          q[model.joints[static_cast<std::size_t>(joint)].dof] = values[k];
+          const JointId joint = model.findJoint(name + std::to_string(k + 1));
+          q[model.joints[joint].dof.value()] = values[k];
         }
         std::vector<Pose> X_WL;
         linkPoses(model, Pose::Identity(), q, X_WL);
         // The rows of fingers face each other along the palm's x.
-        return std::abs((X_WL[static_cast<std::size_t>(model.findLink(palm))].inverse() *
-                         X_WL[static_cast<std::size_t>(model.findLink("Body_" + name + "3"))] *
-                         Eigen::Vector3d(0, 0, -0.03))
+        return std::abs((X_WL[model.findLink(palm)].inverse() *
+                         X_WL[model.findLink("Body_" + name + "3")] * Eigen::Vector3d(0, 0, -0.03))
                             .x());
       };
       EXPECT_GT(x(-1.0, 0.2, 0.2), 0.075) << name;

@@ -27,8 +27,7 @@ RobotModel loadBody(const std::string& name) {
 RobotVector randomPosture(const RobotModel& model, std::mt19937_64& generator) {
   RobotVector q(model.dofs());
   for (int dof = 0; dof < model.dofs(); ++dof) {
-    const Joint& joint =
-        model.joints[static_cast<std::size_t>(model.dof_joints[static_cast<std::size_t>(dof)])];
+    const Joint& joint = model.joints[model.dof_joints[dof]];
     q[dof] = std::uniform_real_distribution<double>(joint.lower, joint.upper)(generator);
   }
   return q;

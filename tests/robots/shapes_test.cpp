@@ -122,13 +122,13 @@ TEST(Links, AreAsLargeAsThePublishedMeshes) {
       model = testing::loadBody(row.at(1));
       continue;
     }
-    const int link = model.findLink(row[0]);
-    ASSERT_GE(link, 0) << row[0];
+    const LinkId link = model.findLink(row[0]);
+    ASSERT_TRUE(link.valid()) << row[0];
     const auto triple = [&row](std::size_t i) {
       return Vector3d(std::stod(row.at(i)), std::stod(row.at(i + 1)), std::stod(row.at(i + 2)));
     };
     const Vector3d half = triple(1) / 2, centre = triple(4);
-    const auto ours = boundsOf(model.links[static_cast<std::size_t>(link)].collision);
+    const auto ours = boundsOf(model.links[link].collision);
     const double off = std::max((ours.min() - (centre - half)).cwiseAbs().maxCoeff(),
                                 (ours.max() - (centre + half)).cwiseAbs().maxCoeff());
     EXPECT_LT(off, 0.01) << row[0];
@@ -165,10 +165,10 @@ TEST(Links, CoverThePublishedMeshesSliceBySlice) {
   double worst = 0;
   int compared = 0;
   const auto compare = [&](const std::string& link, int axis, Eigen::AlignedBox3d theirs) {
-    const int index = model.findLink(link);
-    ASSERT_GE(index, 0) << link;
-    const auto ours = sliceBounds(model.links[static_cast<std::size_t>(index)].collision, axis,
-                                  theirs.min()[axis], theirs.max()[axis]);
+    const LinkId index = model.findLink(link);
+    ASSERT_TRUE(index.valid()) << link;
+    const auto ours =
+        sliceBounds(model.links[index].collision, axis, theirs.min()[axis], theirs.max()[axis]);
     ASSERT_FALSE(ours.isEmpty()) << link;
     // Along the axis itself only the end slices are bounded by the mesh.
     Vector3d short_by = (ours.min() - theirs.min()).cwiseMax(theirs.max() - ours.max());

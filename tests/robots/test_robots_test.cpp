@@ -19,7 +19,7 @@ Cell::Instance instanceOf(const std::string& cell) {
 }
 
 const SceneRobot& robotOf(const Scene& scene, const std::string& name) {
-  return scene.robots.at(static_cast<std::size_t>(scene.findRobot(name)));
+  return scene.robots.at(scene.findRobot(name));
 }
 
 class OtherArmsCell : public ::testing::TestWithParam<const char*> {
@@ -36,8 +36,8 @@ TEST_P(OtherArmsCell, NeedsBothRobotsForEveryTask) {
   for (const SceneTask& task : instance_.tasks) {
     for (const auto& [robot, X_WO] : {std::pair(task.chain.at(0).robot, task.X_WO_goal),
                                       std::pair(task.chain.at(1).robot, task.X_WO_start)}) {
-      const SceneRobot& other = scene.robots.at(static_cast<std::size_t>(robot));
-      const double reach = ArmKinematics(*other.model, 0).reach();
+      const SceneRobot& other = scene.robots.at(robot);
+      const double reach = ArmKinematics(*other.model, ArmId(0)).reach();
       EXPECT_GT((X_WO.translation() - other.X_WB.translation()).norm(), reach + 0.1) << other.name;
     }
   }
@@ -46,11 +46,11 @@ TEST_P(OtherArmsCell, NeedsBothRobotsForEveryTask) {
 TEST_P(OtherArmsCell, StartsFreeOfContacts) {
   for (const SceneTask& task : instance_.tasks) {
     Scene start = *startOf(instance_.scene, task);
-    SceneObject& object = start.objects.at(static_cast<std::size_t>(start.findObject(task.object)));
+    SceneObject& object = start.objects.at(start.findObject(task.object));
     object.resting = task.start_rest.objects.value();
     CollisionWorld world(std::make_shared<const CollisionScene>(start));
     std::vector<BodyId> all;
-    for (BodyId body = 0; body < world.scene().bodies(); ++body) all.push_back(body);
+    for (const BodyId body : IdRange<BodyId>(world.scene().bodies())) all.push_back(body);
     for (const BodyContact& contact :
          world.contacts(world.makePairs(all, BodyPairs(world.scene().bodies())))) {
       ADD_FAILURE() << world.scene().name(contact.a) << " and " << world.scene().name(contact.b);
@@ -71,7 +71,7 @@ TEST(OtherArms, HaveTheKinematicsOfTheirTables) {
        {Expected{robotOf(*exchange.scene, "ur"), test::ur5eArm(), false},
         Expected{robotOf(*exchange.scene, "iiwa"), test::iiwa14Arm(), true},
         Expected{robotOf(*offset.scene, "panda"), test::pandaArm(), false}}) {
-    const ArmKinematics arm(*expected.robot.model, 0), table(expected.arm, 0);
+    const ArmKinematics arm(*expected.robot.model, ArmId(0)), table(expected.arm, ArmId(0));
     EXPECT_EQ(arm.closedForm(), expected.closed_form) << expected.robot.name;
     ASSERT_EQ(arm.dofs(), table.dofs());
     EXPECT_LT((arm.lower() - table.lower()).norm() + (arm.upper() - table.upper()).norm(), 1e-5);

@@ -20,7 +20,7 @@ class ArmBuilder {
  public:
   explicit ArmBuilder(const std::string& name) {
     model_.name = name;
-    model_.links.push_back({.name = "base", .parent_joint = -1, .collision = {}});
+    model_.links.push_back({.name = "base", .parent_joint = {}, .collision = {}});
   }
 
   ArmBuilder& fixed(const Eigen::Vector3d& xyz, const Eigen::Vector3d& rpy) {
@@ -41,10 +41,10 @@ class ArmBuilder {
   RobotModel build(const Eigen::Vector3d& approach_axis = Eigen::Vector3d::UnitZ()) {
     Arm arm;
     arm.name = "arm";
-    arm.base_link = 0;
-    arm.tool_link = static_cast<int>(model_.links.size()) - 1;
+    arm.base_link = LinkId(0);
+    arm.tool_link = LinkId(model_.links.size() - 1);
     arm.approach_axis = approach_axis;
-    for (int dof = 0; dof < model_.dofs(); ++dof) {
+    for (const DofId dof : IdRange<DofId>(model_.dofs())) {
       arm.dofs.push_back(dof);
       arm.joints.push_back(model_.dof_joints[dof]);
     }
@@ -59,8 +59,8 @@ class ArmBuilder {
     Joint joint;
     joint.name = "J" + std::to_string(index + 1);
     joint.type = type;
-    joint.parent_link = index;
-    joint.child_link = index + 1;
+    joint.parent_link = LinkId(index);
+    joint.child_link = LinkId(index + 1);
     joint.X_PJ.translation() = xyz;
     joint.X_PJ.linear() = rotationFromRpy(rpy.x(), rpy.y(), rpy.z());
     joint.axis = axis.normalized();
@@ -70,12 +70,12 @@ class ArmBuilder {
     joint.acceleration = 0.8;
     joint.jerk = 8;
     if (type != JointType::kFixed) {
-      joint.dof = static_cast<int>(model_.dof_joints.size());
-      model_.dof_joints.push_back(index);
+      joint.dof = DofId(model_.dof_joints.size());
+      model_.dof_joints.push_back(JointId(index));
     }
     model_.joints.push_back(joint);
     model_.links.push_back(
-        {.name = "L" + std::to_string(index + 1), .parent_joint = index, .collision = {}});
+        {.name = "L" + std::to_string(index + 1), .parent_joint = JointId(index), .collision = {}});
     return *this;
   }
 

@@ -19,26 +19,26 @@ Scene sceneOf(const RobotModel& model, const RobotVector& q) {
   return scene;
 }
 
-RobotVector withOpenHand(const RobotModel& model, int arm, RobotVector q) {
-  const int hand_index = model.arms.at(static_cast<std::size_t>(arm)).hand;
-  if (hand_index < 0) return q;
-  const Hand& hand = model.hands.at(static_cast<std::size_t>(hand_index));
+RobotVector withOpenHand(const RobotModel& model, ArmId arm, RobotVector q) {
+  const HandId hand_index = model.arms.at(arm).hand;
+  if (!hand_index.valid()) return q;
+  const Hand& hand = model.hands.at(hand_index);
   for (std::size_t i = 0; i < hand.dofs.size(); ++i) {
-    q[hand.dofs[i]] = hand.open[static_cast<Eigen::Index>(i)];
+    q[hand.dofs[i].value()] = hand.open[static_cast<Eigen::Index>(i)];
   }
   return q;
 }
 
-StateCheckerSetup setupFor(const CollisionScene& scene, const RobotModel& model, int arm) {
-  const Arm& mine = model.arms[static_cast<std::size_t>(arm)];
-  StateCheckerSetup setup(scene, 0, mine.dofs);
-  const std::vector<int> own = model.linksMovedBy(mine.dofs);
+StateCheckerSetup setupFor(const CollisionScene& scene, const RobotModel& model, ArmId arm) {
+  const Arm& mine = model.arms[arm];
+  StateCheckerSetup setup(scene, RobotId(0), mine.dofs);
+  const std::vector<LinkId> own = model.linksMovedBy(mine.dofs);
   for (const Arm& other : model.arms) {
-    std::vector<int> others;
-    for (int link : model.linksMovedBy(other.dofs)) {
+    std::vector<LinkId> others;
+    for (const LinkId link : model.linksMovedBy(other.dofs)) {
       if (!std::binary_search(own.begin(), own.end(), link)) others.push_back(link);
     }
-    setup.allowed.insert(scene.linkBodies(0, own), scene.linkBodies(0, others));
+    setup.allowed.insert(scene.linkBodies(RobotId(0), own), scene.linkBodies(RobotId(0), others));
   }
   return setup;
 }
@@ -46,7 +46,7 @@ StateCheckerSetup setupFor(const CollisionScene& scene, const RobotModel& model,
 }  // namespace
 
 struct ArmSelfCollision::Data {
-  Data(const RobotModel& model, int arm, const RobotVector& q)
+  Data(const RobotModel& model, ArmId arm, const RobotVector& q)
       : world(std::make_shared<const CollisionScene>(sceneOf(model, withOpenHand(model, arm, q)))),
         checker(world, setupFor(world.scene(), model, arm)) {}
 
@@ -54,8 +54,8 @@ struct ArmSelfCollision::Data {
   StateChecker checker;
 };
 
-ArmSelfCollision::ArmSelfCollision(const RobotModel& model, int arm, const RobotVector& q) {
-  if (arm < 0 || static_cast<std::size_t>(arm) >= model.arms.size() || q.size() != model.dofs()) {
+ArmSelfCollision::ArmSelfCollision(const RobotModel& model, ArmId arm, const RobotVector& q) {
+  if (!arm.valid() || std::size_t{arm} >= model.arms.size() || q.size() != model.dofs()) {
     throw std::invalid_argument("ArmSelfCollision: no such arm, or a posture of the wrong size");
   }
   data_ = std::make_unique<Data>(model, arm, q);

@@ -15,7 +15,7 @@ class ArmSelfCollision {
  public:
   /// @param q  posture of the whole robot, size = model.dofs().
   /// @throws std::invalid_argument for an arm that does not exist or a posture of the wrong size.
-  ArmSelfCollision(const RobotModel& model, int arm, const RobotVector& q);
+  ArmSelfCollision(const RobotModel& model, ArmId arm, const RobotVector& q);
   ~ArmSelfCollision();
 
   /// True when something touches at these positions of the arm's joints [rad].

@@ -72,13 +72,13 @@ void addBody(CollisionScene::Data& data, std::string name, BodyOwner owner,
   data.first_shape.push_back(static_cast<int>(data.shapes.size()));
 }
 
-void addRobotBodies(CollisionScene::Data& data, const SceneRobot& robot, int index) {
+void addRobotBodies(CollisionScene::Data& data, const SceneRobot& robot, RobotId index) {
   const RobotModel& model = *robot.model;
-  std::vector<BodyId> bodies(model.links.size(), -1);
+  std::vector<BodyId> bodies(model.links.size());
   for (std::size_t l = 0; l < model.links.size(); ++l) {
     if (model.links[l].collision.empty()) continue;
-    bodies[l] = static_cast<BodyId>(data.names.size());
-    addBody(data, robot.name + "/" + model.links[l].name, {index, static_cast<int>(l), -1},
+    bodies[l] = BodyId(data.names.size());
+    addBody(data, robot.name + "/" + model.links[l].name, {index, LinkId(l), {}},
             model.links[l].collision);
   }
   data.link_bodies.push_back(std::move(bodies));
@@ -86,25 +86,25 @@ void addRobotBodies(CollisionScene::Data& data, const SceneRobot& robot, int ind
 
 BodyId findObjectBody(const CollisionScene::Data& data, const Scene& scene, const std::string& name,
                       const std::string& asked_by) {
-  const int object = scene.findObject(name);
-  if (object < 0) throw std::invalid_argument(asked_by + " rests on '" + name + "', no object");
-  return data.object_bodies[static_cast<std::size_t>(object)];
+  const ObjectId object = scene.findObject(name);
+  if (!object.valid())
+    throw std::invalid_argument(asked_by + " rests on '" + name + "', no object");
+  return data.object_bodies[object];
 }
 
 void addLinkPairs(CollisionScene::Data& data, const RobotModel& model,
                   const std::vector<BodyId>& bodies) {
-  const int links = static_cast<int>(bodies.size());
-  const auto body = [&](int link) { return bodies[static_cast<std::size_t>(link)]; };
-  for (int a = 0; a < links; ++a) {
-    for (int b = a + 1; b < links; ++b) {
-      if (body(a) < 0 || body(b) < 0) continue;
-      if (model.adjacent(a, b)) data.standing.insert(body(a), body(b));
+  const IdRange<LinkId> links(bodies.size());
+  for (const LinkId a : links) {
+    for (const LinkId b : links) {
+      if (!(a < b) || !bodies[a].valid() || !bodies[b].valid()) continue;
+      if (model.adjacent(a, b)) data.standing.insert(bodies[a], bodies[b]);
     }
   }
   for (const auto& [pair, reason] : model.disabled_pairs) {
     if (reason != "Adjacent" && reason != "Always") continue;
-    if (body(pair.first) < 0 || body(pair.second) < 0) continue;
-    data.standing.insert(body(pair.first), body(pair.second));
+    const BodyId a = bodies[pair.first], b = bodies[pair.second];
+    if (a.valid() && b.valid()) data.standing.insert(a, b);
   }
 }
 
@@ -113,8 +113,8 @@ void addRestingPairs(CollisionScene::Data& data, const Scene& scene) {
     for (const auto& [link, name] : scene.robots[r].resting) {
       const std::string who = scene.robots[r].name;
       const BodyId other = findObjectBody(data, scene, name, who);
-      const BodyId body = data.link_bodies[r].at(static_cast<std::size_t>(link));
-      if (body >= 0) data.standing.insert(body, other);
+      const BodyId body = data.link_bodies[r].at(link);
+      if (body.valid()) data.standing.insert(body, other);
     }
   }
   for (std::size_t o = 0; o < scene.objects.size(); ++o) {
@@ -129,12 +129,11 @@ void addAttachmentPairs(CollisionScene::Data& data, const Scene& scene) {
   for (std::size_t o = 0; o < scene.objects.size(); ++o) {
     const std::optional<Attachment>& attached = scene.objects[o].attached_to;
     if (!attached) continue;
-    std::vector<int> links = attached->touch_links;
+    std::vector<LinkId> links = attached->touch_links;
     links.push_back(attached->link);
-    for (int link : links) {
-      const BodyId body = data.link_bodies.at(static_cast<std::size_t>(attached->robot))
-                              .at(static_cast<std::size_t>(link));
-      if (body >= 0) data.standing.insert(body, data.object_bodies[o]);
+    for (const LinkId link : links) {
+      const BodyId body = data.link_bodies.at(attached->robot).at(link);
+      if (body.valid()) data.standing.insert(body, data.object_bodies[o]);
     }
   }
 }
@@ -144,7 +143,7 @@ void addAttachmentPairs(CollisionScene::Data& data, const Scene& scene) {
 void BodyPairs::insert(const std::vector<BodyId>& as, const std::vector<BodyId>& bs) {
   for (BodyId a : as) {
     for (BodyId b : bs) {
-      if (a >= 0 && b >= 0) insert(a, b);
+      if (a.valid() && b.valid()) insert(a, b);
     }
   }
 }
@@ -154,13 +153,13 @@ CollisionScene::CollisionScene(const Scene& scene) {
   data->robots = scene.robots;
   data->first_shape.push_back(0);
   for (std::size_t r = 0; r < scene.robots.size(); ++r) {
-    addRobotBodies(*data, scene.robots[r], static_cast<int>(r));
+    addRobotBodies(*data, scene.robots[r], RobotId(r));
   }
   for (std::size_t o = 0; o < scene.objects.size(); ++o) {
     const SceneObject& object = scene.objects[o];
-    data->object_bodies.push_back(static_cast<BodyId>(data->names.size()));
+    data->object_bodies.push_back(BodyId(data->names.size()));
     data->objects.push_back({object.X_WO, object.attached_to});
-    addBody(*data, object.name, {-1, -1, static_cast<int>(o)}, object.shapes);
+    addBody(*data, object.name, {{}, {}, ObjectId(o)}, object.shapes);
   }
   data->standing = BodyPairs(static_cast<int>(data->names.size()));
   for (std::size_t r = 0; r < scene.robots.size(); ++r) {
@@ -175,30 +174,25 @@ CollisionScene::~CollisionScene() = default;
 
 int CollisionScene::bodies() const { return static_cast<int>(data_->names.size()); }
 
-const std::string& CollisionScene::name(BodyId body) const {
-  return data_->names.at(static_cast<std::size_t>(body));
+const std::string& CollisionScene::name(BodyId body) const { return data_->names.at(body); }
+
+BodyId CollisionScene::linkBody(RobotId robot, LinkId link) const {
+  return data_->link_bodies.at(robot).at(link);
 }
 
-BodyId CollisionScene::linkBody(int robot, int link) const {
-  return data_->link_bodies.at(static_cast<std::size_t>(robot)).at(static_cast<std::size_t>(link));
-}
-
-std::vector<BodyId> CollisionScene::linkBodies(int robot, const std::vector<int>& links) const {
+std::vector<BodyId> CollisionScene::linkBodies(RobotId robot,
+                                               const std::vector<LinkId>& links) const {
   std::vector<BodyId> bodies;
-  for (int link : links) {
+  for (const LinkId link : links) {
     const BodyId body = linkBody(robot, link);
-    if (body >= 0) bodies.push_back(body);
+    if (body.valid()) bodies.push_back(body);
   }
   return bodies;
 }
 
-BodyId CollisionScene::objectBody(int object) const {
-  return data_->object_bodies.at(static_cast<std::size_t>(object));
-}
+BodyId CollisionScene::objectBody(ObjectId object) const { return data_->object_bodies.at(object); }
 
-int CollisionScene::robotOf(BodyId body) const {
-  return data_->owners.at(static_cast<std::size_t>(body)).robot;
-}
+RobotId CollisionScene::robotOf(BodyId body) const { return data_->owners.at(body).robot; }
 
 const BodyPairs& CollisionScene::standingPairs() const { return data_->standing; }
 

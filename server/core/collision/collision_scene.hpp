@@ -4,6 +4,7 @@
 #pragma once
 
 #include "core/collision/rigid_groups.hpp"
+#include "core/model/id.hpp"
 #include "core/model/scene.hpp"
 
 #include <bit>
@@ -19,12 +20,12 @@ namespace handover {
 
 /// A robot's link with shapes, or an object. Dense from 0: the robots' links in order, then the
 /// objects.
-using BodyId = int;
+using BodyId = Id<struct BodyTag>;
 
 using BodyPair = std::pair<BodyId, BodyId>;
 
 struct BodyContact {
-  BodyId a = -1, b = -1;
+  BodyId a, b;
   double depth = 0;  ///< [m], > 0: the shapes overlap by this; in [-2 mm, 0]: only their margins do
 };
 
@@ -44,7 +45,8 @@ class BodyPairs {
 
   void insert(BodyId a, BodyId b) { bits_[at(a, b)] = bits_[at(b, a)] = true; }
 
-  /// Every pair of one of `as` with one of `bs`; ids of -1 (links without shapes) are passed over.
+  /// Every pair of one of `as` with one of `bs`; invalid ids (of links without shapes) are passed
+  /// over.
   void insert(const std::vector<BodyId>& as, const std::vector<BodyId>& bs);
 
   void erase(BodyId a, BodyId b) { bits_[at(a, b)] = bits_[at(b, a)] = false; }
@@ -55,8 +57,7 @@ class BodyPairs {
 
  private:
   std::size_t at(BodyId a, BodyId b) const {
-    return static_cast<std::size_t>(a) * static_cast<std::size_t>(bodies_) +
-           static_cast<std::size_t>(b);
+    return std::size_t{a} * static_cast<std::size_t>(bodies_) + std::size_t{b};
   }
 
   int bodies_;
@@ -74,13 +75,13 @@ class CollisionScene {
   int bodies() const;
   /// `robot/link` or the object's name.
   const std::string& name(BodyId body) const;
-  /// -1 where the link has no shapes.
-  BodyId linkBody(int robot, int link) const;
+  /// Invalid where the link has no shapes.
+  BodyId linkBody(RobotId robot, LinkId link) const;
   /// Bodies of those links that have shapes, in the order given.
-  std::vector<BodyId> linkBodies(int robot, const std::vector<int>& links) const;
-  BodyId objectBody(int object) const;
-  /// The robot whose link the body is; -1: it is an object.
-  int robotOf(BodyId body) const;
+  std::vector<BodyId> linkBodies(RobotId robot, const std::vector<LinkId>& links) const;
+  BodyId objectBody(ObjectId object) const;
+  /// The robot whose link the body is; none: it is an object.
+  RobotId robotOf(BodyId body) const;
   /// Pairs never tested (design §5): links joined by a joint, through fixed ones too; SRDF pairs
   /// with reason Adjacent or Always; `attached_to` with its touch_links; resting pairs.
   const BodyPairs& standingPairs() const;
@@ -131,7 +132,7 @@ class PairList {
 
 /// A body that moves with a group of the moving robot.
 struct MovingBody {
-  BodyId body = -1;
+  BodyId body;
   int group = -1;
   Pose X_GB = Pose::Identity();  ///< of the body in the group
 };
@@ -165,7 +166,7 @@ class BodyTravel {
 
  private:
   int groupOf(BodyId body) const {
-    const int i = index_[static_cast<std::size_t>(body)];
+    const int i = index_[body];
     return i < 0 ? -1 : moving_[static_cast<std::size_t>(i)].group;
   }
 
@@ -191,7 +192,7 @@ class CollisionWorld {
   const Pose& pose(BodyId body) const;
   /// Sets the poses of all links of a robot (X_WL by link index, from linkPoses()), and of the
   /// objects that the scene attaches to one of them.
-  void setRobot(int robot, const std::vector<Pose>& X_WL);
+  void setRobot(RobotId robot, const std::vector<Pose>& X_WL);
   /// Rises with every pose that becomes another: tells whether somebody has moved anything since.
   std::uint64_t changes() const;
 

@@ -149,28 +149,27 @@ Aabb worldBox(const Pose& X_WBody, const SceneShape& shape) {
 
 PairList::PairList(std::vector<std::pair<BodyId, BodyId>> pairs) : pairs_(std::move(pairs)) {
   std::vector<BodyId> movers;
-  BodyId bodies = 0;
+  BodyId last;
   for (const auto& [a, b] : pairs_) {
     if (std::find(movers.begin(), movers.end(), a) == movers.end()) movers.push_back(a);
-    bodies = std::max({bodies, a + 1, b + 1});
+    last = std::max({last, a, b});
   }
-  std::vector<int> place(static_cast<std::size_t>(bodies), -1);
+  const auto bodies = static_cast<std::size_t>(last.value() + 1);
+  std::vector<std::size_t> place(bodies);
   for (std::size_t i = 0; i < movers.size(); ++i) {
     if (i % BoxRow::kSize == 0) movers_.emplace_back();
     movers_.back().push_back(movers[i]);
-    place[static_cast<std::size_t>(movers[i])] = static_cast<int>(i);
+    place[movers[i]] = i;
   }
-  std::vector<std::uint64_t> masks(movers_.size() * static_cast<std::size_t>(bodies));
+  std::vector<std::uint64_t> masks(movers_.size() * bodies);
   for (const auto& [a, b] : pairs_) {
-    const auto at = static_cast<std::size_t>(place[static_cast<std::size_t>(a)]);
-    masks[at / BoxRow::kSize * static_cast<std::size_t>(bodies) + static_cast<std::size_t>(b)] |=
-        std::uint64_t{1} << (at % BoxRow::kSize);
+    const std::size_t at = place[a];
+    masks[at / BoxRow::kSize * bodies + std::size_t{b}] |= std::uint64_t{1} << (at % BoxRow::kSize);
   }
   for (std::size_t g = 0; g < movers_.size(); ++g) {
-    for (BodyId b = bodies - 1; b >= 0; --b) {
-      const std::uint64_t mask =
-          masks[g * static_cast<std::size_t>(bodies) + static_cast<std::size_t>(b)];
-      if (mask != 0) rows_.push_back({static_cast<int>(g), b, mask});
+    for (std::size_t b = bodies; b-- > 0;) {
+      const std::uint64_t mask = masks[g * bodies + b];
+      if (mask != 0) rows_.push_back({static_cast<int>(g), BodyId(b), mask});
     }
   }
 }
@@ -202,18 +201,14 @@ struct CollisionWorld::Data {
 
   const Aabb& shapeBox(int index) const { return shape_boxes[static_cast<std::size_t>(index)]; }
 
-  int firstShape(BodyId body) const {
-    return scene->data().first_shape[static_cast<std::size_t>(body)];
-  }
+  int firstShape(BodyId body) const { return scene->data().first_shape[body]; }
 
-  bool boxesOverlap(BodyId a, BodyId b) const {
-    return overlap(body_boxes[static_cast<std::size_t>(a)],
-                   body_boxes[static_cast<std::size_t>(b)]);
-  }
+  /// One past the last.
+  int endShape(BodyId body) const { return scene->data().first_shape[std::size_t{body} + 1]; }
 
-  Pose shapePose(BodyId body, int index) const {
-    return poses[static_cast<std::size_t>(body)] * shape(index).X_BS;
-  }
+  bool boxesOverlap(BodyId a, BodyId b) const { return overlap(body_boxes[a], body_boxes[b]); }
+
+  Pose shapePose(BodyId body, int index) const { return poses[body] * shape(index).X_BS; }
 
   /// Nearer than `gap`, two margins at most.
   bool bodiesTouch(BodyId a, BodyId b, double gap = 2 * kCollisionMargin) const;
@@ -224,8 +219,8 @@ struct CollisionWorld::Data {
 };
 
 bool CollisionWorld::Data::bodiesTouch(BodyId a, BodyId b, double gap) const {
-  for (int i = firstShape(a); i < firstShape(a + 1); ++i) {
-    for (int j = firstShape(b); j < firstShape(b + 1); ++j) {
+  for (int i = firstShape(a); i < endShape(a); ++i) {
+    for (int j = firstShape(b); j < endShape(b); ++j) {
       if (!overlap(shapeBox(i), shapeBox(j))) continue;
       if (touching(shape(i).narrow, shapePose(a, i), shape(j).narrow, shapePose(b, j), gap)) {
         return true;
@@ -238,8 +233,8 @@ bool CollisionWorld::Data::bodiesTouch(BodyId a, BodyId b, double gap) const {
 Nearness CollisionWorld::Data::bodiesNearness(BodyId a, BodyId b, const PairMotion& motion,
                                               const Clearance& clearance) const {
   Nearness nearest = Nearness::kApart;
-  for (int i = firstShape(a); i < firstShape(a + 1); ++i) {
-    for (int j = firstShape(b); j < firstShape(b + 1); ++j) {
+  for (int i = firstShape(a); i < endShape(a); ++i) {
+    for (int j = firstShape(b); j < endShape(b); ++j) {
       const double squared_gap = squaredGap(shapeBox(i), shapeBox(j));
       if (squared_gap > motion.most * motion.most) continue;
       // Apart as they stand; so near, measured by the travel, that a proof is out of the question.
@@ -261,8 +256,8 @@ std::optional<BodyDistance> CollisionWorld::Data::bodyDistance(BodyId a, BodyId 
                                                                double max_distance) const {
   std::optional<BodyDistance> best;
   double limit = max_distance;
-  for (int i = firstShape(a); i < firstShape(a + 1); ++i) {
-    for (int j = firstShape(b); j < firstShape(b + 1); ++j) {
+  for (int i = firstShape(a); i < endShape(a); ++i) {
+    for (int j = firstShape(b); j < endShape(b); ++j) {
       // The boxes include the margins, so their gap is smaller than that of the shapes: safe.
       if (limit >= 0 && squaredGap(shapeBox(i), shapeBox(j)) > limit * limit) continue;
       if (limit < 0 && !overlap(shapeBox(i), shapeBox(j))) continue;
@@ -299,44 +294,41 @@ void CollisionWorld::reset() {
   for (std::size_t r = 0; r < scene.robots.size(); ++r) {
     const SceneRobot& robot = scene.robots[r];
     linkPoses(*robot.model, robot.X_WB, robot.q_start, data_->X_WL);
-    setRobot(static_cast<int>(r), data_->X_WL);
+    setRobot(RobotId(r), data_->X_WL);
   }
 }
 
 void CollisionWorld::setPose(BodyId body, const Pose& X_WBody) {
-  if (data_->poses[static_cast<std::size_t>(body)].matrix() == X_WBody.matrix()) return;
+  if (data_->poses[body].matrix() == X_WBody.matrix()) return;
   if (!X_WBody.matrix().allFinite()) {
     throw std::invalid_argument("pose of " + data_->scene->name(body) + " is not finite");
   }
-  data_->poses[static_cast<std::size_t>(body)] = X_WBody;
+  data_->poses[body] = X_WBody;
   Aabb whole;
-  for (int i = data_->firstShape(body); i < data_->firstShape(body + 1); ++i) {
+  for (int i = data_->firstShape(body); i < data_->endShape(body); ++i) {
     const Aabb box = worldBox(X_WBody, data_->shape(i));
     data_->shape_boxes[static_cast<std::size_t>(i)] = box;
     whole.add(box);
   }
-  data_->body_boxes[static_cast<std::size_t>(body)] = FloatBox(whole);
+  data_->body_boxes[body] = FloatBox(whole);
   ++data_->changes;
 }
 
 std::uint64_t CollisionWorld::changes() const { return data_->changes; }
 
-const Pose& CollisionWorld::pose(BodyId body) const {
-  return data_->poses.at(static_cast<std::size_t>(body));
-}
+const Pose& CollisionWorld::pose(BodyId body) const { return data_->poses.at(body); }
 
-void CollisionWorld::setRobot(int robot, const std::vector<Pose>& X_WL) {
+void CollisionWorld::setRobot(RobotId robot, const std::vector<Pose>& X_WL) {
   const CollisionScene::Data& scene = data_->scene->data();
-  const std::vector<BodyId>& bodies = scene.link_bodies.at(static_cast<std::size_t>(robot));
+  const std::vector<BodyId>& bodies = scene.link_bodies.at(robot);
   if (X_WL.size() != bodies.size()) throw std::invalid_argument("setRobot: one pose per link");
   for (std::size_t l = 0; l < bodies.size(); ++l) {
-    if (bodies[l] >= 0) setPose(bodies[l], X_WL[l]);
+    if (bodies[l].valid()) setPose(bodies[l], X_WL[l]);
   }
   for (std::size_t o = 0; o < scene.objects.size(); ++o) {
     const std::optional<Attachment>& attached = scene.objects[o].attached_to;
     if (!attached || attached->robot != robot) continue;
-    setPose(scene.object_bodies[o],
-            X_WL[static_cast<std::size_t>(attached->link)] * attached->X_LO);
+    setPose(scene.object_bodies[o], X_WL[attached->link] * attached->X_LO);
   }
 }
 
@@ -344,16 +336,15 @@ PairList CollisionWorld::makePairs(const std::vector<BodyId>& moving, const Body
                                    const std::vector<int>& rigid_group) const {
   const CollisionScene& scene = *data_->scene;
   const auto group = [&](BodyId body) {
-    const auto i = static_cast<std::size_t>(body);
-    return i < rigid_group.size() ? rigid_group[i] : -1;
+    return std::size_t{body} < rigid_group.size() ? rigid_group[body] : -1;
   };
   std::vector<bool> done(static_cast<std::size_t>(scene.bodies()));
   std::vector<std::pair<BodyId, BodyId>> pairs;
   for (BodyId a : moving) {
-    if (a < 0 || done[static_cast<std::size_t>(a)]) continue;
-    done[static_cast<std::size_t>(a)] = true;
-    for (BodyId b = 0; b < scene.bodies(); ++b) {
-      if (done[static_cast<std::size_t>(b)]) continue;
+    if (!a.valid() || done[a]) continue;
+    done[a] = true;
+    for (const BodyId b : IdRange<BodyId>(scene.bodies())) {
+      if (done[b]) continue;
       if (allowed.contains(a, b) || scene.standingPairs().contains(a, b)) continue;
       if (group(a) >= 0 && group(a) == group(b)) continue;
       pairs.emplace_back(a, b);
@@ -379,12 +370,12 @@ std::optional<BodyPair> CollisionWorld::touchingPair(const PairList& pairs,
       whole = {};
       data_->mover_boxes.clear();
       for (std::size_t i = 0; i < movers.size(); ++i) {
-        const FloatBox& box = data_->body_boxes[static_cast<std::size_t>(movers[i])];
+        const FloatBox& box = data_->body_boxes[movers[i]];
         whole.add(box);
         data_->mover_boxes.set(i, box);
       }
     }
-    const FloatBox& box = data_->body_boxes[static_cast<std::size_t>(row.other)];
+    const FloatBox& box = data_->body_boxes[row.other];
     if (!overlap(whole, box)) continue;
     std::uint64_t near = data_->mover_boxes.overlapping(box) & row.movers;
     for (; near != 0; near &= near - 1) {
@@ -416,7 +407,7 @@ bool CollisionWorld::staysFree(const PairList& pairs, const PairList::Row* rows,
       double most = 0;
       for (; wanted != 0; wanted &= wanted - 1) {
         const auto i = static_cast<std::size_t>(std::countr_zero(wanted));
-        FloatBox box = data_->body_boxes[static_cast<std::size_t>(movers[i])];
+        FloatBox box = data_->body_boxes[movers[i]];
         data_->mover_boxes.set(i, box);
         const double way = travel.of(movers[i]);
         box.grow(way);
@@ -426,7 +417,7 @@ bool CollisionWorld::staysFree(const PairList& pairs, const PairList::Row* rows,
       }
       far = most > kFarTravel;
     }
-    const FloatBox& box = data_->body_boxes[static_cast<std::size_t>(row.other)];
+    const FloatBox& box = data_->body_boxes[row.other];
     FloatBox grown = box;
     grown.grow(travel.of(row.other));
     if (!overlap(whole, grown)) continue;

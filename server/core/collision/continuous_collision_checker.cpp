@@ -10,7 +10,7 @@ bool ContinuousCollisionChecker::free(CollisionWorld& world, const PairList& pai
                                       const std::vector<int>& moving_index,
                                       const JointMotion& motion, double from, double to,
                                       const Clearance& clearance, BodyContact* hit) {
-  const auto indexOf = [&](BodyId body) { return moving_index[static_cast<std::size_t>(body)]; };
+  const auto indexOf = [&](BodyId body) { return moving_index[body]; };
   rows_ = pairs.rows();
   intervals_.assign(1, {from, to, 0, rows_.size()});
   // Breadth first: what touches is found by few looks spread over the motion.
@@ -26,7 +26,7 @@ bool ContinuousCollisionChecker::free(CollisionWorld& world, const PairList& pai
     const std::size_t count = it.last - it.first;
     // Only the bodies of the pairs that are left.
     wanted_.assign(moving.size(), false);
-    PairList::Row movers{-1, -1, 0};
+    PairList::Row movers{-1, {}, 0};
     const auto wantMovers = [&] {
       pairs.forEachMover(movers, [&](BodyId mover, std::uint64_t) {
         wanted_[static_cast<std::size_t>(indexOf(mover))] = true;
@@ -37,7 +37,7 @@ bool ContinuousCollisionChecker::free(CollisionWorld& world, const PairList& pai
       if (other >= 0) wanted_[static_cast<std::size_t>(other)] = true;
       if (rows[r].group != movers.group) {
         wantMovers();
-        movers = {rows[r].group, -1, 0};
+        movers = {rows[r].group, {}, 0};
       }
       movers.movers |= rows[r].movers;
     }

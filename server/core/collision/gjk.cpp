@@ -214,6 +214,117 @@ bool leavesEnough(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const Conv
   return true;
 }
 
+/// One question to gjk(): the simplex so far, whose nearest point to the origin is v.
+class Search {
+ public:
+  Search(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCore& b,
+         const Eigen::Isometry3d& X_WB, double enough, double near, const GjkSweep* sweep,
+         GjkResult& result)
+      : a_(a),
+        X_WA_(X_WA),
+        b_(b),
+        X_WB_(X_WB),
+        enough_(enough),
+        near_(near),
+        sweep_(sweep),
+        swept_(!sweep
+                   ? 0
+                   : sweep->radius_a + sweep->radius_b + sweep->clearance + sweep->motion.beyond),
+        result_(result) {}
+
+  void run() {
+    if (toldByMiddles()) return;
+    for (int i = 0; i < kIterations; ++i) {
+      if (closeEnough()) break;
+      const Vertex added = support(-v_);
+      if (toldByPlane(added) || !comesNearer(added)) break;
+    }
+    if (result_.overlap) result_.at_least = result_.at_most = 0;
+    setPoints(simplex_, result_);
+  }
+
+ private:
+  Vertex support(const Vector3d& d) const {
+    Vertex vertex;
+    vertex.p_Wa = X_WA_ * supportPoint(a_, X_WA_.linear().transpose() * d);
+    vertex.p_Wb = X_WB_ * supportPoint(b_, X_WB_.linear().transpose() * -d);
+    vertex.w = vertex.p_Wa - vertex.p_Wb;
+    return vertex;
+  }
+
+  bool staysApart(const Vector3d& towards_a) const {
+    return leavesEnough(a_, X_WA_, b_, X_WB_, towards_a, *sweep_);
+  }
+
+  /// Begins with the line of the middles, which often tells already.
+  bool toldByMiddles() {
+    Vector3d start = X_WA_ * middleOf(a_) - X_WB_ * middleOf(b_);
+    if (start.squaredNorm() < 1e-12) start = Vector3d::UnitX();
+    simplex_.vertices[0] = support(-start);
+    simplex_.weights[0] = 1;
+    simplex_.size = 1;
+    v_ = simplex_.vertices[0].w;
+    result_.at_least = std::max(0.0, start.dot(v_) / start.norm());
+    if (result_.at_least > enough_) return true;
+    result_.swept_free = sweep_ && result_.at_least > std::max(near_, swept_) && staysApart(start);
+    return result_.swept_free;
+  }
+
+  /// v tells enough as it is.
+  bool closeEnough() {
+    result_.at_most = v_.norm();
+    if (result_.at_most < kTolerance) {
+      result_.overlap = true;
+      return true;
+    }
+    result_.towards_a_W = v_;
+    if (result_.at_most <= near_) return true;
+    return sweep_ && result_.at_least > near_ &&
+           (result_.at_most <= swept_ || result_.at_least > kAgreeing * result_.at_most);
+  }
+
+  /// The plane across v at the vertex farthest that way tells enough.
+  bool toldByPlane(const Vertex& added) {
+    const double least = v_.dot(added.w) / result_.at_most;
+    if (sweep_ && least > std::max({near_, swept_, result_.at_least}) && staysApart(v_)) {
+      result_.swept_free = true;
+    }
+    result_.at_least = std::max(result_.at_least, least);
+    return result_.swept_free || result_.at_least > enough_ ||
+           result_.at_most - result_.at_least < kTolerance;
+  }
+
+  /// Takes the vertex in. False when the origin is inside, or rounding prevents progress.
+  bool comesNearer(const Vertex& added) {
+    Simplex next = simplex_;
+    next.vertices[static_cast<std::size_t>(next.size++)] = added;
+    std::array<double, 4> inside{};
+    if (next.size == 4 && originInside(next, inside)) {
+      simplex_ = next;
+      simplex_.weights = inside;
+      result_.overlap = true;
+      return false;
+    }
+    const Nearest nearest = nearestPoint(next);
+    if (nearest.squared >= v_.squaredNorm()) return false;
+    keepUsed(next, nearest.weights);
+    simplex_ = next;
+    v_ = nearest.v;
+    return true;
+  }
+
+  const ConvexCore& a_;
+  const Eigen::Isometry3d& X_WA_;
+  const ConvexCore& b_;
+  const Eigen::Isometry3d& X_WB_;
+  const double enough_, near_;
+  const GjkSweep* sweep_;
+  const double swept_;  ///< what the sweep asks for at least [m]
+  GjkResult& result_;
+  Simplex simplex_;
+  Vector3d v_;
+};
+
 }  // namespace
 
 Vector3d supportPoint(const ConvexCore& core, const Vector3d& direction) {
@@ -222,74 +333,8 @@ Vector3d supportPoint(const ConvexCore& core, const Vector3d& direction) {
 
 GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCore& b,
               const Eigen::Isometry3d& X_WB, double enough, double near, const GjkSweep* sweep) {
-  const auto support = [&](const Vector3d& d) {
-    Vertex vertex;
-    vertex.p_Wa = X_WA * supportPoint(a, X_WA.linear().transpose() * d);
-    vertex.p_Wb = X_WB * supportPoint(b, X_WB.linear().transpose() * -d);
-    vertex.w = vertex.p_Wa - vertex.p_Wb;
-    return vertex;
-  };
-  Vector3d start = X_WA * middleOf(a) - X_WB * middleOf(b);
-  if (start.squaredNorm() < 1e-12) start = Vector3d::UnitX();
-
   GjkResult result;
-  Simplex simplex;
-  simplex.vertices[0] = support(-start);
-  simplex.weights[0] = 1;
-  simplex.size = 1;
-  Vector3d v = simplex.vertices[0].w;
-  // The line of the middles often tells already.
-  result.at_least = std::max(0.0, start.dot(v) / start.norm());
-  if (result.at_least > enough) return result;
-  const double swept =
-      !sweep ? 0 : sweep->radius_a + sweep->radius_b + sweep->clearance + sweep->motion.beyond;
-  const auto staysApart = [&](const Vector3d& towards_a) {
-    return leavesEnough(a, X_WA, b, X_WB, towards_a, *sweep);
-  };
-  if (sweep && result.at_least > std::max(near, swept) && staysApart(start)) {
-    result.swept_free = true;
-    return result;
-  }
-  for (int i = 0; i < kIterations; ++i) {
-    result.at_most = v.norm();
-    if (result.at_most < kTolerance) {
-      result.overlap = true;
-      break;
-    }
-    result.towards_a_W = v;
-    if (result.at_most <= near) break;
-    if (sweep && result.at_least > near &&
-        (result.at_most <= swept || result.at_least > kAgreeing * result.at_most)) {
-      break;
-    }
-    const Vertex added = support(-v);
-    const double least = v.dot(added.w) / result.at_most;
-    if (sweep && least > std::max({near, swept, result.at_least}) && staysApart(v)) {
-      result.swept_free = true;
-    }
-    result.at_least = std::max(result.at_least, least);
-    if (result.swept_free || result.at_least > enough ||
-        result.at_most - result.at_least < kTolerance) {
-      break;
-    }
-    Simplex next = simplex;
-    next.vertices[static_cast<std::size_t>(next.size++)] = added;
-    std::array<double, 4> inside{};
-    if (next.size == 4 && originInside(next, inside)) {
-      simplex = next;
-      simplex.weights = inside;
-      result.overlap = true;
-      break;
-    }
-    const Nearest nearest = nearestPoint(next);
-    // Rounding prevents progress: no nearer than before.
-    if (nearest.squared >= v.squaredNorm()) break;
-    keepUsed(next, nearest.weights);
-    simplex = next;
-    v = nearest.v;
-  }
-  if (result.overlap) result.at_least = result.at_most = 0;
-  setPoints(simplex, result);
+  Search(a, X_WA, b, X_WB, enough, near, sweep, result).run();
   return result;
 }
 

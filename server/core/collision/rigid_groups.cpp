@@ -15,19 +15,19 @@ double speed(const Twist& twist, const Eigen::Vector3d& middle_W, double radius)
 
 }  // namespace
 
-RigidGroups::RigidGroups(const RobotModel& model, const std::vector<int>& dofs)
+RigidGroups::RigidGroups(const RobotModel& model, const std::vector<DofId>& dofs)
     : dofs_(static_cast<int>(dofs.size())), group_of_(model.links.size(), -1) {
-  for (std::size_t link = 0; link < model.links.size(); ++link) {
-    if (model.links[link].parent_joint < 0) continue;
-    const Joint& joint = model.joints[static_cast<std::size_t>(model.links[link].parent_joint)];
-    const int above = group_of_[static_cast<std::size_t>(joint.parent_link)];
+  for (const LinkId link : IdRange<LinkId>(model.links.size())) {
+    if (!model.links[link].parent_joint.valid()) continue;
+    const Joint& joint = model.joints[model.links[link].parent_joint];
+    const int above = group_of_[joint.parent_link];
     const auto dof = std::find(dofs.begin(), dofs.end(), joint.dof);
-    if (joint.dof < 0 || dof == dofs.end()) {
+    if (!joint.dof.valid() || dof == dofs.end()) {
       group_of_[link] = above;
       continue;
     }
     Group group;
-    group.link = static_cast<int>(link);
+    group.link = link;
     group.parent = above;
     group.depth = above < 0 ? 0 : at(above).depth + 1;
     levels_ = std::max(levels_, group.depth + 2);
@@ -56,11 +56,10 @@ void RigidGroups::append(const RigidGroups& other) {
 
 void RigidGroups::setPosture(const RobotModel& model, const std::vector<Pose>& X_WL) {
   for (Group& group : groups_) {
-    const Joint& joint = model.joints[static_cast<std::size_t>(
-        model.links[static_cast<std::size_t>(group.link)].parent_joint)];
-    group.X_PJ = X_WL[static_cast<std::size_t>(joint.parent_link)] * joint.X_PJ;
+    const Joint& joint = model.joints[model.links[group.link].parent_joint];
+    group.X_PJ = X_WL[joint.parent_link] * joint.X_PJ;
     if (group.parent < 0) continue;
-    group.X_PJ = X_WL[static_cast<std::size_t>(at(group.parent).link)].inverse() * group.X_PJ;
+    group.X_PJ = X_WL[at(group.parent).link].inverse() * group.X_PJ;
   }
 }
 

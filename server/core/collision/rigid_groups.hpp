@@ -23,7 +23,7 @@ struct Ball {
 class RigidGroups {
  public:
   /// @param dofs  those that move, in the order of the states asked.
-  RigidGroups(const RobotModel& model, const std::vector<int>& dofs);
+  RigidGroups(const RobotModel& model, const std::vector<DofId>& dofs);
 
   /// Puts another robot's groups behind these, and its dofs behind theirs. groupOf() goes on
   /// speaking of the first robot's links.
@@ -35,10 +35,10 @@ class RigidGroups {
   int dofs() const { return dofs_; }
 
   /// The group that a link moves with, or -1.
-  int groupOf(int link) const { return group_of_[static_cast<std::size_t>(link)]; }
+  int groupOf(LinkId link) const { return group_of_[link]; }
 
   /// The link that the group's joint moves: its frame is the group's.
-  int linkOf(int group) const { return at(group).link; }
+  LinkId linkOf(int group) const { return at(group).link; }
 
   /// Takes the places of all that stands still from the poses of all links.
   void setPosture(const RobotModel& model, const std::vector<Pose>& X_WL);
@@ -65,7 +65,8 @@ class RigidGroups {
 
  private:
   struct Group {
-    int link = -1, parent = -1;
+    LinkId link;
+    int parent = -1;
     int depth = 0;  ///< number of groups above
     int state_index = -1;
     bool prismatic = false;

@@ -9,7 +9,7 @@ namespace {
 
 bool shareJoints(const StateCheckerSetup& first, const StateCheckerSetup& second) {
   if (first.robot != second.robot) return false;
-  return std::any_of(first.dofs.begin(), first.dofs.end(), [&](int dof) {
+  return std::any_of(first.dofs.begin(), first.dofs.end(), [&](DofId dof) {
     return std::find(second.dofs.begin(), second.dofs.end(), dof) != second.dofs.end();
   });
 }
@@ -42,7 +42,7 @@ RobotPairChecker::RobotPairChecker(StateChecker& first, StateChecker& second)
   }
   moving_index_.assign(static_cast<std::size_t>(scene.bodies()), -1);
   for (std::size_t i = 0; i < moving_.size(); ++i) {
-    moving_index_[static_cast<std::size_t>(moving_[i].body)] = static_cast<int>(i);
+    moving_index_[moving_[i].body] = static_cast<int>(i);
   }
 }
 

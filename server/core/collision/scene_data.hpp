@@ -17,8 +17,9 @@ struct SceneShape {
 
 /// What a body is: a robot's link, or an object.
 struct BodyOwner {
-  int robot = -1, link = -1;
-  int object = -1;
+  RobotId robot;
+  LinkId link;
+  ObjectId object;
 };
 
 struct ScenePlacement {
@@ -33,7 +34,7 @@ struct CollisionScene::Data {
   std::vector<BodyOwner> owners;
   std::vector<int> first_shape;  ///< by body, one past the last at the end
   std::vector<SceneShape> shapes;
-  std::vector<std::vector<BodyId>> link_bodies;  ///< by robot and link; -1: no shapes
+  std::vector<std::vector<BodyId>> link_bodies;  ///< by robot and link; invalid: no shapes
   std::vector<BodyId> object_bodies;
   BodyPairs standing{0};
 };

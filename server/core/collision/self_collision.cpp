@@ -16,10 +16,9 @@ double uniform(std::mt19937_64& random, double lower, double upper) {
 
 RobotVector randomPosture(const RobotModel& model, std::mt19937_64& random) {
   RobotVector q(model.dofs());
-  for (int dof = 0; dof < model.dofs(); ++dof) {
-    const Joint& joint =
-        model.joints[static_cast<std::size_t>(model.dof_joints[static_cast<std::size_t>(dof)])];
-    q[dof] = uniform(random, joint.lower, joint.upper);
+  for (const DofId dof : IdRange<DofId>(model.dofs())) {
+    const Joint& joint = model.joints[model.dof_joints[dof]];
+    q[dof.value()] = uniform(random, joint.lower, joint.upper);
   }
   return q;
 }
@@ -41,12 +40,14 @@ std::vector<LinkPairTouch> sampleSelfCollision(const RobotModel& model, int samp
 
   std::vector<LinkPairTouch> pairs;
   std::vector<PairList> lists;
-  const int links = static_cast<int>(model.links.size());
-  for (int a = 0; a < links; ++a) {
-    for (int b = a + 1; b < links; ++b) {
-      const BodyId body_a = world.scene().linkBody(0, a), body_b = world.scene().linkBody(0, b);
-      if (body_a < 0 || body_b < 0 || world.scene().standingPairs().contains(body_a, body_b))
-        continue;
+  const IdRange<LinkId> links(model.links.size());
+  for (const LinkId a : links) {
+    for (const LinkId b : links) {
+      if (!(a < b)) continue;
+      const BodyId body_a = world.scene().linkBody(RobotId(0), a),
+                   body_b = world.scene().linkBody(RobotId(0), b);
+      if (!body_a.valid() || !body_b.valid()) continue;
+      if (world.scene().standingPairs().contains(body_a, body_b)) continue;
       pairs.push_back({a, b, TouchPattern::kNever, 0});
       lists.push_back(PairList({{body_a, body_b}}));
     }
@@ -55,7 +56,7 @@ std::vector<LinkPairTouch> sampleSelfCollision(const RobotModel& model, int samp
   std::vector<Pose> X_WL;
   for (int i = 0; i < samples; ++i) {
     linkPoses(model, Pose::Identity(), randomPosture(model, random), X_WL);
-    world.setRobot(0, X_WL);
+    world.setRobot(RobotId(0), X_WL);
     for (std::size_t p = 0; p < pairs.size(); ++p) {
       if (!world.isFree(lists[p])) ++pairs[p].touching;
     }

@@ -14,7 +14,7 @@ enum class TouchPattern { kNever, kSometimes, kAlways };
 
 /// How often two links touched in `samples` random postures.
 struct LinkPairTouch {
-  int link_a = -1, link_b = -1;  ///< link_a < link_b
+  LinkId link_a, link_b;  ///< link_a < link_b
   TouchPattern pattern = TouchPattern::kNever;
   int touching = 0;
 };

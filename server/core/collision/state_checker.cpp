@@ -13,12 +13,13 @@ void require(bool condition, const char* what) {
   if (!condition) throw std::invalid_argument(std::string("StateChecker: ") + what);
 }
 
-bool inRange(int index, std::size_t size) {
-  return index >= 0 && static_cast<std::size_t>(index) < size;
+template <class Tag>
+bool inRange(Id<Tag> id, std::size_t size) {
+  return id.valid() && std::size_t{id} < size;
 }
 
-const RobotModel& modelOf(const CollisionWorld& world, int robot) {
-  return *world.scene().data().robots[static_cast<std::size_t>(robot)].model;
+const RobotModel& modelOf(const CollisionWorld& world, RobotId robot) {
+  return *world.scene().data().robots[robot].model;
 }
 
 StateCheckerSetup checked(const CollisionWorld& world, StateCheckerSetup setup) {
@@ -31,9 +32,9 @@ StateCheckerSetup checked(const CollisionWorld& world, StateCheckerSetup setup) 
     require(setup.q[r].size() == scene.robots[r].model->dofs(), "a posture's size is wrong");
   }
   const RobotModel& model = modelOf(world, setup.robot);
-  for (int dof : setup.dofs) require(inRange(dof, model.dof_joints.size()), "no such dof");
-  require(setup.tool_link < static_cast<int>(model.links.size()), "no such tool link");
-  require(setup.tool_link < 0 || RigidGroups(model, setup.dofs).groupOf(setup.tool_link) >= 0,
+  for (const DofId dof : setup.dofs) require(inRange(dof, model.dof_joints.size()), "no such dof");
+  require(setup.tool_link.value() < static_cast<int>(model.links.size()), "no such tool link");
+  require(!setup.tool_link.valid() || RigidGroups(model, setup.dofs).groupOf(setup.tool_link) >= 0,
           "the tool link does not move");
   if (!setup.held) return setup;
   require(inRange(setup.held->object, scene.objects.size()), "no such object to hold");
@@ -63,7 +64,7 @@ Ball ballRound(const std::vector<Ball>& balls) {
 /// Round the boxes of a body's shapes, their margins included; in the group that the body moves
 /// with.
 void addBalls(const CollisionScene::Data& scene, const MovingBody& body, std::vector<Ball>& balls) {
-  const auto id = static_cast<std::size_t>(body.body);
+  const std::size_t id = body.body;
   for (int i = scene.first_shape[id]; i < scene.first_shape[id + 1]; ++i) {
     const SceneShape& shape = scene.shapes[static_cast<std::size_t>(i)];
     balls.push_back({body.X_GB * shape.X_BBox.translation(), shape.box_half.norm()});
@@ -72,8 +73,8 @@ void addBalls(const CollisionScene::Data& scene, const MovingBody& body, std::ve
 
 }  // namespace
 
-StateCheckerSetup::StateCheckerSetup(const CollisionScene& scene, int moving_robot,
-                                     std::vector<int> moving_dofs)
+StateCheckerSetup::StateCheckerSetup(const CollisionScene& scene, RobotId moving_robot,
+                                     std::vector<DofId> moving_dofs)
     : robot(moving_robot), dofs(std::move(moving_dofs)), allowed(scene.bodies()) {
   for (const SceneRobot& it : scene.data().robots) q.push_back(it.q_start);
   for (const ScenePlacement& it : scene.data().objects) X_WO.push_back(it.X_WO);
@@ -90,10 +91,10 @@ void StateChecker::compile() {
   const CollisionScene& scene = world_->scene();
   moving_index_.assign(static_cast<std::size_t>(scene.bodies()), -1);
   std::vector<int> body_groups(static_cast<std::size_t>(scene.bodies()), -1);
-  const auto mount = [&](BodyId body, int link, const Pose& X_LB) {
-    if (body < 0 || groups_.groupOf(link) < 0) return;
-    moving_index_[static_cast<std::size_t>(body)] = static_cast<int>(moving_.size());
-    body_groups[static_cast<std::size_t>(body)] = groups_.groupOf(link);
+  const auto mount = [&](BodyId body, LinkId link, const Pose& X_LB) {
+    if (!body.valid() || groups_.groupOf(link) < 0) return;
+    moving_index_[body] = static_cast<int>(moving_.size());
+    body_groups[body] = groups_.groupOf(link);
     moving_.push_back(body);
     mounts_.push_back({link, X_LB});
   };
@@ -104,20 +105,21 @@ void StateChecker::compile() {
   for (std::size_t o = 0; o < objects.size(); ++o) {
     const std::optional<Attachment>& attached = objects[o].attached_to;
     if (!attached || attached->robot != setup_.robot) continue;
-    if (setup_.held && setup_.held->object == static_cast<int>(o)) continue;
-    mount(scene.objectBody(static_cast<int>(o)), attached->link, attached->X_LO);
+    if (setup_.held && setup_.held->object == ObjectId(o)) continue;
+    mount(scene.objectBody(ObjectId(o)), attached->link, attached->X_LO);
   }
   // From the tool inwards: what is farthest out touches most often.
   for (int l = static_cast<int>(model().links.size()) - 1; l >= 0; --l) {
-    mount(scene.linkBody(setup_.robot, l), l, Pose::Identity());
+    const LinkId link(l);
+    mount(scene.linkBody(setup_.robot, link), link, Pose::Identity());
   }
   pairs_ = world_->makePairs(moving_, setup_.allowed, body_groups);
-  if (setup_.tool_link >= 0) divide();
+  if (setup_.tool_link.valid()) divide();
 }
 
 void StateChecker::divide() {
   const int tool = groups_.groupOf(setup_.tool_link);
-  const auto index = [&](BodyId body) { return moving_index_[static_cast<std::size_t>(body)]; };
+  const auto index = [&](BodyId body) { return moving_index_[body]; };
   const auto withTool = [&](BodyId body) {
     return index(body) >= 0 &&
            groups_.groupOf(mounts_[static_cast<std::size_t>(index(body))].link) == tool;
@@ -156,14 +158,14 @@ void StateChecker::activate() {
   // The moving robot last: its link poses stay.
   const int robots = static_cast<int>(scene.robots.size());
   for (int i = 1; i <= robots; ++i) {
-    const auto r = static_cast<std::size_t>((setup_.robot + i) % robots);
+    const auto r = static_cast<std::size_t>((setup_.robot.value() + i) % robots);
     linkPoses(*scene.robots[r].model, scene.robots[r].X_WB, setup_.q[r], X_WL_);
-    world_->setRobot(static_cast<int>(r), X_WL_);
+    world_->setRobot(RobotId(r), X_WL_);
   }
   // Held ones again: the scene may have them attached elsewhere, and a link that stands still holds
   // too.
   if (setup_.held) {
-    const Pose& X_WL = X_WL_[static_cast<std::size_t>(setup_.held->link)];
+    const Pose& X_WL = X_WL_[setup_.held->link];
     world_->setPose(world_->scene().objectBody(setup_.held->object), X_WL * setup_.held->X_LO);
   }
   if (!mounted_) mountBodies();
@@ -175,10 +177,9 @@ void StateChecker::mountBodies() {
   groups_.setPosture(model(), X_WL_);
   moving_bodies_.resize(moving_.size());
   for (std::size_t i = 0; i < moving_.size(); ++i) mountBody(i);
-  if (setup_.tool_link >= 0) {
-    const int link = groups_.linkOf(groups_.groupOf(setup_.tool_link));
-    X_GTool_ = X_WL_[static_cast<std::size_t>(link)].inverse() *
-               X_WL_[static_cast<std::size_t>(setup_.tool_link)];
+  if (setup_.tool_link.valid()) {
+    const LinkId link = groups_.linkOf(groups_.groupOf(setup_.tool_link));
+    X_GTool_ = X_WL_[link].inverse() * X_WL_[setup_.tool_link];
   }
   mounted_ = true;
   measured_ = false;
@@ -188,8 +189,8 @@ void StateChecker::mountBody(std::size_t i) {
   MovingBody& body = moving_bodies_[i];
   body.body = moving_[i];
   body.group = groups_.groupOf(mounts_[i].link);
-  const Pose& X_WL = X_WL_[static_cast<std::size_t>(mounts_[i].link)];
-  const Pose& X_WG = X_WL_[static_cast<std::size_t>(groups_.linkOf(body.group))];
+  const Pose& X_WL = X_WL_[mounts_[i].link];
+  const Pose& X_WG = X_WL_[groups_.linkOf(body.group)];
   body.X_GB = X_WG.inverse() * X_WL * mounts_[i].X_LB;
 }
 
@@ -197,23 +198,23 @@ void StateChecker::mountBody(std::size_t i) {
 // others or nothing is mounted yet.
 bool StateChecker::remount(const RobotVector& q) {
   if (!mounted_) return false;
-  const RobotVector& old = setup_.q[static_cast<std::size_t>(setup_.robot)];
+  const RobotVector& old = setup_.q[setup_.robot];
   const RobotModel& robot = model();
   moved_.assign(robot.links.size(), false);
   moved_links_.clear();
-  for (std::size_t l = 0; l < robot.links.size(); ++l) {
-    if (robot.links[l].parent_joint < 0) continue;
-    const Joint& joint = robot.joints[static_cast<std::size_t>(robot.links[l].parent_joint)];
-    const bool changed = joint.dof >= 0 && q[joint.dof] != old[joint.dof];
-    if (!changed && !moved_[static_cast<std::size_t>(joint.parent_link)]) continue;
-    const int group = groups_.groupOf(static_cast<int>(l));
-    if (group < 0 || groups_.linkOf(group) == static_cast<int>(l)) return false;
+  for (const LinkId l : IdRange<LinkId>(robot.links.size())) {
+    if (!robot.links[l].parent_joint.valid()) continue;
+    const Joint& joint = robot.joints[robot.links[l].parent_joint];
+    const bool changed = joint.dof.valid() && q[joint.dof.value()] != old[joint.dof.value()];
+    if (!changed && !moved_[joint.parent_link]) continue;
+    const int group = groups_.groupOf(l);
+    if (group < 0 || groups_.linkOf(group) == l) return false;
     moved_[l] = true;
-    moved_links_.push_back(static_cast<int>(l));
+    moved_links_.push_back(l);
   }
   linkPosesOf(robot, q, moved_links_, X_WL_);
   for (std::size_t i = 0; i < mounts_.size(); ++i) {
-    if (moved_[static_cast<std::size_t>(mounts_[i].link)]) mountBody(i);
+    if (moved_[mounts_[i].link]) mountBody(i);
   }
   measured_ = false;
   return true;
@@ -294,7 +295,7 @@ std::optional<BodyPair> StateChecker::touching(const Part& part) {
 }
 
 std::optional<BodyPair> StateChecker::toolTouches(const Pose& X_WTool) {
-  require(setup_.tool_link >= 0, "no tool link");
+  require(setup_.tool_link.valid(), "no tool link");
   if (stale_ || seen_changes_ != world_->changes()) activate();
   const Pose X_WG = X_WTool * X_GTool_.inverse();
   for (const std::size_t i : tool_with_still_.bodies) {
@@ -307,7 +308,7 @@ std::optional<BodyPair> StateChecker::toolTouches(const Pose& X_WTool) {
 
 std::optional<BodyPair> StateChecker::armTouches(const Eigen::Ref<const Eigen::VectorXd>& q,
                                                  ArmPart part) {
-  require(setup_.tool_link >= 0, "no tool link");
+  require(setup_.tool_link.valid(), "no tool link");
   requireState(q);
   if (stale_ || seen_changes_ != world_->changes()) activate();
   groups_.place(q);
@@ -322,8 +323,8 @@ std::vector<BodyContact> StateChecker::contacts(const Eigen::Ref<const Eigen::Ve
   return world_->contacts(pairs_);
 }
 
-void StateChecker::setPosture(int robot, const RobotVector& q) {
-  RobotVector& posture = setup_.q.at(static_cast<std::size_t>(robot));
+void StateChecker::setPosture(RobotId robot, const RobotVector& q) {
+  RobotVector& posture = setup_.q.at(robot);
   require(q.size() == posture.size(), "a posture's size is wrong");
   if (robot == setup_.robot) {
     const bool light = !stale_ && remount(q);
@@ -335,16 +336,15 @@ void StateChecker::setPosture(int robot, const RobotVector& q) {
   stale_ = true;
 }
 
-void StateChecker::setObject(int object, const Pose& X_WO) {
-  setup_.X_WO.at(static_cast<std::size_t>(object)) = X_WO;
+void StateChecker::setObject(ObjectId object, const Pose& X_WO) {
+  setup_.X_WO.at(object) = X_WO;
   stale_ = true;
 }
 
 void StateChecker::setHold(const Pose& X_LO) {
   require(setup_.held.has_value(), "nothing is held");
   setup_.held->X_LO = X_LO;
-  const int held =
-      moving_index_[static_cast<std::size_t>(world_->scene().objectBody(setup_.held->object))];
+  const int held = moving_index_[world_->scene().objectBody(setup_.held->object)];
   if (held >= 0) mounts_[static_cast<std::size_t>(held)].X_LB = X_LO;
   stale_ = true;
   mounted_ = false;

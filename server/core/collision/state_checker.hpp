@@ -12,18 +12,19 @@ namespace handover {
 
 /// An object that moves with a link of the moving robot.
 struct HeldObject {
-  int object = -1;  ///< index in Scene::objects
-  int link = -1;    ///< of the moving robot
+  ObjectId object;  ///< the one held
+  LinkId link;      ///< of the moving robot
   Pose X_LO = Pose::Identity();
 };
 
 /// What moves, and where everything else stands meanwhile.
 struct StateCheckerSetup {
   /// Robots at q_start, objects at their places, nothing held, nothing allowed.
-  StateCheckerSetup(const CollisionScene& scene, int moving_robot, std::vector<int> moving_dofs);
+  StateCheckerSetup(const CollisionScene& scene, RobotId moving_robot,
+                    std::vector<DofId> moving_dofs);
 
-  int robot = -1;  ///< the moving robot, index in Scene::robots
-  std::vector<int>
+  RobotId robot;  ///< the moving robot
+  std::vector<DofId>
       dofs;  ///< its moving dofs (an arm's, a hand's), in the order of the states asked
   std::vector<RobotVector>
       q;  ///< by robot; of the moving one, the joints that are not in `dofs` count
@@ -31,8 +32,8 @@ struct StateCheckerSetup {
   /// unless they are held.
   std::vector<Pose> X_WO;
   std::optional<HeldObject> held;
-  BodyPairs allowed;   ///< pairs that may touch, beyond the standing ones
-  int tool_link = -1;  ///< of the moving robot: for toolTouches() and armTouches()
+  BodyPairs allowed;  ///< pairs that may touch, beyond the standing ones
+  LinkId tool_link;   ///< of the moving robot: for toolTouches() and armTouches()
 };
 
 /// Tests states of some joints of one robot: their links, and the objects these carry, against each
@@ -80,9 +81,9 @@ class StateChecker {
 
   /// Another posture of one robot (of the moving one: its joints that are not in `dofs`). Cheap
   /// where only what hangs on moving links changes, like the fingers of a moving hand.
-  void setPosture(int robot, const RobotVector& q);
+  void setPosture(RobotId robot, const RobotVector& q);
   /// Another place of an object that is neither held nor attached.
-  void setObject(int object, const Pose& X_WO);
+  void setObject(ObjectId object, const Pose& X_WO);
   /// Another hold of the held object. @pre the setup holds one.
   void setHold(const Pose& X_LO);
 
@@ -104,7 +105,7 @@ class StateChecker {
  private:
   /// Where a moving body hangs: its link, and its pose there.
   struct Mount {
-    int link;
+    LinkId link;
     Pose X_LB;
   };
 
@@ -147,7 +148,7 @@ class StateChecker {
 
   // Scratch.
   std::vector<bool> moved_;  ///< by link
-  std::vector<int> moved_links_;
+  std::vector<LinkId> moved_links_;
   ContinuousCollisionChecker proof_;
 };
 

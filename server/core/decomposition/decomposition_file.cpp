@@ -129,7 +129,7 @@ std::uint64_t partsHash(const TriangleMesh& mesh) {
   return XXH3_64bits_digest(state.get());
 }
 
-Result<bool> writePartsFile(const std::vector<TriangleMesh>& parts, std::uint64_t hash,
+Result<void> writePartsFile(const std::vector<TriangleMesh>& parts, std::uint64_t hash,
                             const std::filesystem::path& file) {
   FileHeader header;
   header.parts = static_cast<std::uint32_t>(parts.size());

@@ -17,7 +17,7 @@ namespace handover {
 std::uint64_t partsHash(const TriangleMesh& mesh);
 
 /// Temporary name, synced, renamed.
-Result<bool> writePartsFile(const std::vector<TriangleMesh>& parts, std::uint64_t hash,
+Result<void> writePartsFile(const std::vector<TriangleMesh>& parts, std::uint64_t hash,
                             const std::filesystem::path& file);
 
 /// kNotFound: no file; kInvalidInput: not ours, damaged, of another mesh or version (the detail

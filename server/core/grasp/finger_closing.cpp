@@ -18,9 +18,9 @@ constexpr double kOpenings[] = {0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 /// Farthest point of a link and all beyond it from the link's own origin, whatever the posture.
-double reachOf(const RobotModel& model, int link) {
+double reachOf(const RobotModel& model, LinkId link) {
   double reach = 0;
-  for (const auto& p : outline(model.links[at(link)])) reach = std::max(reach, p.norm());
+  for (const auto& p : outline(model.links[link])) reach = std::max(reach, p.norm());
   return reach * 1.01;  // round shapes are drawn by inscribed facets
 }
 
@@ -29,27 +29,30 @@ double reachOf(const RobotModel& model, int link) {
 FingerClosing::FingerClosing(const SceneObject& object, HandModel hand, const GraspRules& rules)
     : hand_(std::move(hand)), rules_(rules), world_(handAndObject(object, hand_)) {
   const RobotModel& model = *hand_.model;
+  const IdRange<LinkId> links(model.links.size());
   const CollisionScene& scene = world_.scene();
-  object_ = scene.objectBody(0);
+  object_ = scene.objectBody(ObjectId(0));
   is_finger_.assign(model.links.size(), false);
-  for (const int link : hand_.hand.finger_links) is_finger_[at(link)] = true;
+  for (const LinkId link : hand_.hand.finger_links) is_finger_[link] = true;
   finger_.assign(model.links.size(), -1);
   for (int finger = static_cast<int>(hand_.hand.fingers.size()) - 1; finger >= 0; --finger) {
-    for (const int link : model.linksMovedBy(hand_.hand.fingers[at(finger)]))
-      finger_[at(link)] = finger;
+    for (const LinkId link : model.linksMovedBy(hand_.hand.fingers[at(finger)]))
+      finger_[link] = finger;
   }
-  for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
-    link_body_.push_back(scene.linkBody(0, link));
-    if (link_body_.back() >= 0) bodies_.push_back(link_body_.back());
+  for (const LinkId link : links) {
+    link_body_.push_back(scene.linkBody(RobotId(0), link));
+    if (link_body_.back().valid()) bodies_.push_back(link_body_.back());
   }
   // Pairs that are already close with the hand open stay as they are there: that is the hand's
   // build.
   set(Pose::Identity(), hand_.hand.open);
-  for (int a = 0; a < static_cast<int>(model.links.size()); ++a) {
-    for (int b = a + 1; b < static_cast<int>(model.links.size()); ++b) {
-      const BodyId body_a = link_body_[at(a)];
-      const BodyId body_b = link_body_[at(b)];
-      if (body_a < 0 || body_b < 0 || scene.standingPairs().contains(body_a, body_b)) continue;
+  for (const LinkId a : links) {
+    for (const LinkId b : links) {
+      if (!(a < b)) continue;
+      const BodyId body_a = link_body_[a];
+      const BodyId body_b = link_body_[b];
+      if (!body_a.valid() || !body_b.valid()) continue;
+      if (scene.standingPairs().contains(body_a, body_b)) continue;
       const auto open = world_.distance(body_a, body_b, rules_.self_clearance);
       if (open && open->distance <= 0) continue;
       const double needed =
@@ -57,20 +60,20 @@ FingerClosing::FingerClosing(const SceneObject& object, HandModel hand, const Gr
       self_pairs_.push_back({body_a, body_b, a, b, needed});
     }
   }
-  for (const int dof : hand_.hand.dofs) {
-    const std::vector<int> moved = model.linksMovedBy({dof});
+  for (const DofId dof : hand_.hand.dofs) {
+    const std::vector<LinkId> moved = model.linksMovedBy({dof});
     std::vector<bool> moves(model.links.size(), false);
-    for (const int link : moved) moves[at(link)] = true;
+    for (const LinkId link : moved) moves[link] = true;
     // Reach of a link from this dof's axis: its own extent and the joints between, whatever their
     // posture.
     std::vector<Mover> movers;
-    for (const int link : moved) {
-      const BodyId body = link_body_[at(link)];
-      if (body < 0) continue;
+    for (const LinkId link : moved) {
+      const BodyId body = link_body_[link];
+      if (!body.valid()) continue;
       double arm_length = reachOf(model, link);
       double speed = 0;
-      for (int l = link; l > 0;) {
-        const Joint& joint = model.joints[at(model.links[at(l)].parent_joint)];
+      for (LinkId l = link; l != LinkId(0);) {
+        const Joint& joint = model.joints[model.links[l].parent_joint];
         if (joint.type != JointType::kFixed && joint.dof == dof) {
           const double factor = joint.mimic ? std::abs(joint.mimic_multiplier) : 1.0;
           speed += factor * (joint.type == JointType::kRevolute ? arm_length : 1.0);
@@ -84,8 +87,7 @@ FingerClosing::FingerClosing(const SceneObject& object, HandModel hand, const Gr
     }
     std::vector<SelfPair> guarded;
     for (const SelfPair& pair : self_pairs_) {
-      if (moves[at(pair.link_a)] != moves[at(pair.link_b)] ||
-          (moves[at(pair.link_a)] && moved.size() > 1)) {
+      if (moves[pair.link_a] != moves[pair.link_b] || (moves[pair.link_a] && moved.size() > 1)) {
         guarded.push_back(pair);
       }
     }
@@ -95,18 +97,18 @@ FingerClosing::FingerClosing(const SceneObject& object, HandModel hand, const Gr
 }
 
 int FingerClosing::fingerOf(const std::string& link) const {
-  const int index = hand_.model->findLink(link);
-  return index < 0 ? -1 : finger_[at(index)];
+  const LinkId index = hand_.model->findLink(link);
+  return index.valid() ? finger_[index] : -1;
 }
 
 double FingerClosing::opening() {
   set(Pose::Identity(), hand_.hand.open);
   double widest = 0;
-  for (const int a : hand_.hand.finger_links) {
-    for (const int b : hand_.hand.finger_links) {
-      if (a >= b || finger_[at(a)] == finger_[at(b)]) continue;
-      if (link_body_[at(a)] < 0 || link_body_[at(b)] < 0) continue;
-      const auto apart = world_.distance(link_body_[at(a)], link_body_[at(b)], kWidest);
+  for (const LinkId a : hand_.hand.finger_links) {
+    for (const LinkId b : hand_.hand.finger_links) {
+      if (a >= b || finger_[a] == finger_[b]) continue;
+      if (!link_body_[a].valid() || !link_body_[b].valid()) continue;
+      const auto apart = world_.distance(link_body_[a], link_body_[b], kWidest);
       if (apart) widest = std::max(widest, apart->distance);
     }
   }
@@ -117,9 +119,9 @@ void FingerClosing::set(const Pose& X_OT, const VectorXd& q) {
   const RobotModel& model = *hand_.model;
   RobotVector posture = restingPosture(model);
   for (std::size_t i = 0; i < hand_.hand.dofs.size(); ++i)
-    posture[hand_.hand.dofs[i]] = q[static_cast<Eigen::Index>(i)];
+    posture[hand_.hand.dofs[i].value()] = q[static_cast<Eigen::Index>(i)];
   linkPoses(model, X_OT * hand_.X_RT.inverse(), posture, X_WL_);
-  world_.setRobot(0, X_WL_);
+  world_.setRobot(RobotId(0), X_WL_);
 }
 
 double FingerClosing::handToObject(double max, double enough) {
@@ -184,9 +186,9 @@ void FingerClosing::closeJoint(const Pose& X_OT, int dof, VectorXd& q) {
 
 VectorXd FingerClosing::close(const Pose& X_OT, const VectorXd& open) {
   VectorXd q = open;
-  const std::vector<int>& dofs = hand_.hand.dofs;
+  const std::vector<DofId>& dofs = hand_.hand.dofs;
   for (const auto& finger : hand_.hand.fingers) {
-    for (const int dof : finger) {
+    for (const DofId dof : finger) {
       const auto found = std::find(dofs.begin(), dofs.end(), dof);
       if (found == dofs.end()) continue;
       closeJoint(X_OT, static_cast<int>(found - dofs.begin()), q);
@@ -200,15 +202,15 @@ std::vector<GraspContact> FingerClosing::contacts(const Pose& X_OT, const Vector
   const RobotModel& model = *hand_.model;
   std::vector<GraspContact> found;
   std::vector<double> distance;
-  for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
-    const BodyId body = link_body_[at(link)];
-    if (body < 0) continue;
-    const bool finger = is_finger_[at(link)];
+  for (const LinkId link : IdRange<LinkId>(model.links.size())) {
+    const BodyId body = link_body_[link];
+    if (!body.valid()) continue;
+    const bool finger = is_finger_[link];
     const auto near =
         world_.distance(body, object_, finger ? rules_.contact_range : rules_.clearance - 1e-3);
     if (!near) continue;
     if (!finger || near->distance < 0.25 * rules_.contact_gap) return {};
-    found.push_back({model.links[at(link)].name, near->p_Wb, near->n_W});
+    found.push_back({model.links[link].name, near->p_Wb, near->n_W});
     distance.push_back(near->distance);
   }
   for (std::size_t i = 0; i < found.size(); ++i) {

@@ -60,14 +60,14 @@ class FingerClosing {
 
  private:
   struct Mover {
-    int link = -1;
-    BodyId body = -1;
+    LinkId link;
+    BodyId body;
     double reach = 0;  // greatest speed of a point of the link per unit of the dof
   };
 
   struct SelfPair {
-    BodyId a = -1, b = -1;
-    int link_a = -1, link_b = -1;
+    BodyId a, b;
+    LinkId link_a, link_b;
     double needed = 0;
   };
 
@@ -83,7 +83,7 @@ class FingerClosing {
   HandModel hand_;
   GraspRules rules_;
   CollisionWorld world_;
-  BodyId object_ = -1;
+  BodyId object_;
   std::vector<BodyId> link_body_;               // by link
   std::vector<BodyId> bodies_;                  // of the hand
   std::vector<bool> is_finger_;                 // by link

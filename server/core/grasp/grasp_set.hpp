@@ -67,7 +67,7 @@ struct GraspParams {
 inline constexpr double kCupGap = 0.0008;
 
 /// Hash of all that decides a set's content: object shapes, hand links, postures, parameters.
-std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, int arm,
+std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, ArmId arm,
                            const GraspParams& params);
 
 /// Makes the grasps of an object with the hand of a robot's arm, params.wanted of them or all there
@@ -88,13 +88,13 @@ std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, i
 /// The same bytes for the same input. Where there are none the set says why;
 /// kInvalidInput for an arm without hand, an object without shapes or
 /// parameters out of range; kCancelled, kDeadline.
-Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& model, int arm,
+Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& model, ArmId arm,
                                 const GraspParams& params,
                                 const std::function<void(double)>& progress,
                                 const Deadline& deadline);
 
 /// JSON file, temporary name then rename.
-Result<bool> writeGraspSet(const GraspSet& set, std::uint64_t hash,
+Result<void> writeGraspSet(const GraspSet& set, std::uint64_t hash,
                            const std::filesystem::path& file);
 /// kNotFound: no file; kInvalidInput: not ours, malformed or another hash (the detail says what).
 Result<GraspSet> readGraspSet(const std::filesystem::path& file, std::uint64_t expected_hash);

@@ -55,9 +55,15 @@ class Hasher {
     for (Eigen::Index i = 0; i < vector.size(); ++i) add(static_cast<double>(vector[i]));
   }
 
-  void add(const std::vector<int>& list) {
+  template <class Tag>
+  void add(Id<Tag> id) {
+    add(id.value());
+  }
+
+  template <typename Index>
+  void add(const std::vector<Index>& list) {
     add(static_cast<std::uint64_t>(list.size()));
-    for (const int value : list) add(value);
+    for (const Index value : list) add(value);
   }
 
   void add(const std::vector<Shape>& shapes) {
@@ -102,38 +108,34 @@ class Hasher {
 };
 
 /// True for links at and beyond `root`.
-std::vector<bool> linksBeyond(const RobotModel& model, int root) {
+std::vector<bool> linksBeyond(const RobotModel& model, LinkId root) {
   std::vector<bool> beyond(model.links.size(), false);
-  beyond[static_cast<std::size_t>(root)] = true;
+  beyond[root] = true;
   for (const Joint& joint : model.joints) {
-    if (beyond[static_cast<std::size_t>(joint.parent_link)])
-      beyond[static_cast<std::size_t>(joint.child_link)] = true;
+    if (beyond[joint.parent_link]) beyond[joint.child_link] = true;
   }
   return beyond;
 }
 
 void addHand(Hasher& hash, const RobotModel& model, const Arm& arm) {
-  const int root =
-      arm.joints.empty() ? 0 : model.joints[static_cast<std::size_t>(arm.joints.back())].child_link;
+  const LinkId root = arm.joints.empty() ? LinkId(0) : model.joints[arm.joints.back()].child_link;
   const std::vector<bool> beyond = linksBeyond(model, root);
-  for (std::size_t l = 0; l < model.links.size(); ++l) {
+  for (const LinkId l : IdRange<LinkId>(model.links.size())) {
     if (!beyond[l]) continue;
     hash.add(model.links[l].name);
     hash.add(model.links[l].collision);
-    if (static_cast<int>(l) == root) continue;
-    const Joint& joint = model.joints[static_cast<std::size_t>(model.links[l].parent_joint)];
-    hash.add(model.links[static_cast<std::size_t>(joint.parent_link)].name);
+    if (l == root) continue;
+    const Joint& joint = model.joints[model.links[l].parent_joint];
+    hash.add(model.links[joint.parent_link].name);
     hash.add(joint);
   }
   for (const auto& [pair, reason] : model.disabled_pairs) {
-    if (!beyond[static_cast<std::size_t>(pair.first)] ||
-        !beyond[static_cast<std::size_t>(pair.second)])
-      continue;
+    if (!beyond[pair.first] || !beyond[pair.second]) continue;
     hash.add(pair.first);
     hash.add(pair.second);
     hash.add(reason);
   }
-  const Hand& hand = model.hands[static_cast<std::size_t>(arm.hand)];
+  const Hand& hand = model.hands[arm.hand];
   hash.add(hand.name);
   hash.add(hand.palm_link);
   hash.add(hand.finger_links);
@@ -292,18 +294,18 @@ GraspSet graspSet(const json& file, std::uint64_t expected_hash) {
 
 }  // namespace
 
-std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, int arm,
+std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, ArmId arm,
                            const GraspParams& params) {
-  const Arm& a = model.arms.at(static_cast<std::size_t>(arm));
+  const Arm& a = model.arms.at(arm);
   Hasher hash;
   hash.add(std::string(kFormat));
   hash.add(kGeneratorVersion);
   hash.add(object.name);
   hash.add(object.shapes);
   hash.add(model.name);
-  hash.add(model.links[static_cast<std::size_t>(a.tool_link)].name);
+  hash.add(model.links[a.tool_link].name);
   hash.add(a.approach_axis);
-  if (a.hand >= 0) addHand(hash, model, a);
+  if (a.hand.valid()) addHand(hash, model, a);
   hash.add(params.wanted);
   for (const double v :
        {params.surplus, params.palm_gap, params.min_spacing, params.min_angle, params.friction}) {
@@ -311,14 +313,14 @@ std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, i
   }
   hash.add(params.rolls);
   hash.add(params.seed);
-  if (a.hand >= 0 && model.hands[static_cast<std::size_t>(a.hand)].suction) {
+  if (a.hand.valid() && model.hands[a.hand].suction) {
     hash.add(params.seal_bend);
     hash.add(params.holding);
   }
   return hash.value();
 }
 
-Result<bool> writeGraspSet(const GraspSet& set, std::uint64_t hash,
+Result<void> writeGraspSet(const GraspSet& set, std::uint64_t hash,
                            const std::filesystem::path& file) {
   json grasps = json::array();
   for (const Grasp& g : set.grasps) grasps.push_back(toJson(g));
@@ -346,7 +348,7 @@ Result<bool> writeGraspSet(const GraspSet& set, std::uint64_t hash,
     std::filesystem::remove(temporary, failed);
     return {ErrorCode::kIo, file.string() + ": " + why};
   }
-  return true;
+  return {};
 }
 
 Result<GraspSet> readGraspSet(const std::filesystem::path& file, std::uint64_t expected_hash) {

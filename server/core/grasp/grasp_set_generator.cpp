@@ -43,16 +43,16 @@ std::optional<Error> stopped(const Deadline& deadline) {
   return std::nullopt;
 }
 
-std::optional<Error> faultOf(const SceneObject& object, const RobotModel& model, int arm,
+std::optional<Error> faultOf(const SceneObject& object, const RobotModel& model, ArmId arm,
                              const GraspParams& params) {
   const auto bad = [](std::string detail) {
     return Error{ErrorCode::kInvalidInput, std::move(detail)};
   };
   if (object.shapes.empty()) return bad("object " + object.name + " has no shapes");
-  if (arm < 0 || arm >= static_cast<int>(model.arms.size()))
-    return bad(model.name + " has no arm " + std::to_string(arm));
-  const Arm& a = model.arms[static_cast<std::size_t>(arm)];
-  if (a.hand < 0) return bad("arm " + a.name + " of " + model.name + " has no hand");
+  if (!arm.valid() || std::size_t{arm} >= model.arms.size())
+    return bad(model.name + " has no arm " + std::to_string(arm.value()));
+  const Arm& a = model.arms[arm];
+  if (!a.hand.valid()) return bad("arm " + a.name + " of " + model.name + " has no hand");
   if (params.wanted < 1 || params.rolls < 1)
     return bad("wanted and rolls of a grasp set must be positive");
   if (!(params.surplus >= 1) || !(params.friction > 0) || !(params.palm_gap >= 0)) {
@@ -66,7 +66,7 @@ std::optional<Error> faultOf(const SceneObject& object, const RobotModel& model,
 
 }  // namespace
 
-Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& model, int arm,
+Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& model, ArmId arm,
                                 const GraspParams& params,
                                 const std::function<void(double)>& progress,
                                 const Deadline& deadline) {
@@ -74,11 +74,11 @@ Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& mod
   SamplingParams sampling;
   sampling.seed = params.seed;
   const std::vector<SurfaceSample> samples = sampleSurface(object.shapes, sampling);
-  const Arm& a = model.arms[static_cast<std::size_t>(arm)];
+  const Arm& a = model.arms[arm];
   GraspSet set;
   set.object = object.name;
   set.robot = model.name;
-  set.hand = model.hands[static_cast<std::size_t>(a.hand)].name;
+  set.hand = model.hands[a.hand].name;
   if (samples.empty()) {
     set.none_because = "it has no exposed surface";
     return set;

@@ -20,7 +20,7 @@ struct HandModel {
 };
 
 /// @throws std::invalid_argument if the arm has no hand or the palm, no cup, has no shapes.
-HandModel extractEndEffector(const RobotModel& model, int arm);
+HandModel extractEndEffector(const RobotModel& model, ArmId arm);
 
 /// Every joint at 0, or as near as its limits let it come.
 RobotVector restingPosture(const RobotModel& model);

@@ -40,11 +40,11 @@ class SuctionGrasps : public GraspMaker {
         surface_(object.shapes),
         radius_(hand_.hand.suction->radius),
         world_(handAndObject(object, hand_)),
-        object_(world_.scene().objectBody(0)) {
+        object_(world_.scene().objectBody(ObjectId(0))) {
     const RobotModel& model = *hand_.model;
-    for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
-      const BodyId body = world_.scene().linkBody(0, link);
-      if (body < 0) continue;
+    for (const LinkId link : IdRange<LinkId>(model.links.size())) {
+      const BodyId body = world_.scene().linkBody(RobotId(0), link);
+      if (!body.valid()) continue;
       (link == hand_.hand.palm_link ? cup_ : others_).push_back(body);
     }
   }
@@ -65,7 +65,7 @@ class SuctionGrasps : public GraspMaker {
       if (!X_OT) continue;
       Grasp grasp;
       grasp.X_OT = *X_OT;
-      const Link& cup = hand_.model->links[static_cast<std::size_t>(hand_.hand.palm_link)];
+      const Link& cup = hand_.model->links[hand_.hand.palm_link];
       grasp.contacts = {{cup.name, sample.p_O, sample.n_O}};
       grasp.quality = quality;
       grasps.push_back(std::move(grasp));
@@ -157,7 +157,7 @@ class SuctionGrasps : public GraspMaker {
 
   void place(const Pose& X_OT) {
     linkPoses(*hand_.model, X_OT * hand_.X_RT.inverse(), restingPosture(*hand_.model), X_OL_);
-    world_.setRobot(0, X_OL_);
+    world_.setRobot(RobotId(0), X_OL_);
   }
 
   /// Of the nearest of some bodies to the object, up to kLookAhead.

@@ -18,9 +18,10 @@ using kinematics::SrsSolver;
 
 namespace {
 
-const Arm& armOf(const RobotModel& model, int arm) {
-  if (arm < 0 || arm >= static_cast<int>(model.arms.size())) {
-    throw std::invalid_argument("robot " + model.name + " has no arm " + std::to_string(arm));
+const Arm& armOf(const RobotModel& model, ArmId arm) {
+  if (!arm.valid() || std::size_t{arm} >= model.arms.size()) {
+    throw std::invalid_argument("robot " + model.name + " has no arm " +
+                                std::to_string(arm.value()));
   }
   return model.arms[arm];
 }
@@ -64,7 +65,7 @@ struct ArmKinematics::Data {
   }
 };
 
-ArmKinematics::ArmKinematics(const RobotModel& model, int arm)
+ArmKinematics::ArmKinematics(const RobotModel& model, ArmId arm)
     : data_(std::make_unique<const Data>(model, armOf(model, arm))) {}
 
 ArmKinematics::~ArmKinematics() = default;

@@ -38,7 +38,7 @@ class ArmKinematics {
  public:
   /// @throws std::invalid_argument when the arm has more than 8 joints, is not serial, has mimic
   /// joints or limits that are not finite.
-  ArmKinematics(const RobotModel& model, int arm);
+  ArmKinematics(const RobotModel& model, ArmId arm);
   ~ArmKinematics();
   ArmKinematics(ArmKinematics&&) noexcept;
   ArmKinematics& operator=(ArmKinematics&&) noexcept;

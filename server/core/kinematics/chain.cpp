@@ -11,15 +11,17 @@ namespace handover::kinematics {
 namespace {
 
 /// The joints from the base link to the tool link, fixed ones included.
-std::vector<int> jointsBetween(const RobotModel& model, const Arm& arm) {
-  const int links = static_cast<int>(model.links.size());
-  if (arm.base_link < 0 || arm.base_link >= links || arm.tool_link < 0 || arm.tool_link >= links) {
+std::vector<JointId> jointsBetween(const RobotModel& model, const Arm& arm) {
+  const auto known = [&](LinkId link) {
+    return link.valid() && std::size_t{link} < model.links.size();
+  };
+  if (!known(arm.base_link) || !known(arm.tool_link)) {
     throw std::invalid_argument("arm " + arm.name + ": base or tool link out of range");
   }
-  std::vector<int> chain;
-  for (int link = arm.tool_link; link != arm.base_link;) {
-    const int joint = model.links[link].parent_joint;
-    if (joint < 0 || chain.size() > model.joints.size()) {
+  std::vector<JointId> chain;
+  for (LinkId link = arm.tool_link; link != arm.base_link;) {
+    const JointId joint = model.links[link].parent_joint;
+    if (!joint.valid() || chain.size() > model.joints.size()) {
       throw std::invalid_argument("arm " + arm.name + ": its base link is no ancestor of its tool");
     }
     chain.push_back(joint);
@@ -64,9 +66,9 @@ inline void turnZ(Eigen::Matrix3d& R, double angle) {
 }  // namespace
 
 Chain::Chain(const RobotModel& model, const Arm& arm) {
-  const std::vector<int> joints = jointsBetween(model, arm);
-  std::vector<int> moving;
-  for (const int j : joints) {
+  const std::vector<JointId> joints = jointsBetween(model, arm);
+  std::vector<JointId> moving;
+  for (const JointId j : joints) {
     if (model.joints[j].type != JointType::kFixed) moving.push_back(j);
   }
   if (moving.empty() || moving.size() > kMaxJoints) {
@@ -82,7 +84,7 @@ Chain::Chain(const RobotModel& model, const Arm& arm) {
   for (ArmVector* limits : {&lower, &upper, &velocity, &acceleration}) limits->resize(dofs_);
   Pose X = Pose::Identity();  // from the last moved frame
   int i = 0;
-  for (const int j : joints) {
+  for (const JointId j : joints) {
     const Joint& joint = model.joints[j];
     X = X * joint.X_PJ;
     if (joint.type == JointType::kFixed) continue;

@@ -2,6 +2,7 @@
 // A hash over values written out in one fixed binary form: equal values, equal hash, on any run.
 #pragma once
 
+#include "core/model/id.hpp"
 #include "core/model/shape.hpp"
 
 #include <handover/common/pose.hpp>
@@ -26,6 +27,18 @@ class ContentHash {
   template <std::integral T>
   ContentHash& add(T value) {
     return addInteger(static_cast<std::int64_t>(value));
+  }
+
+  template <class Tag>
+  ContentHash& add(Id<Tag> id) {
+    return addInteger(id.value());
+  }
+
+  template <class Tag>
+  ContentHash& add(const std::vector<Id<Tag>>& ids) {
+    add(ids.size());
+    for (const Id<Tag> id : ids) add(id);
+    return *this;
   }
 
   ContentHash& add(const std::vector<int>& values);

@@ -33,12 +33,12 @@ void setTurn(const Eigen::Vector3d& axis, double angle, Eigen::Matrix3d& rotatio
   rotation(2, 1) = yz + s * axis.x();
 }
 
-void setLinkPose(const RobotModel& model, const RobotVector& q, std::size_t link,
+void setLinkPose(const RobotModel& model, const RobotVector& q, LinkId link,
                  std::vector<Pose>& X_WL) {
-  const int joint_index = model.links[link].parent_joint;
-  if (joint_index < 0) return;
+  const JointId joint_index = model.links[link].parent_joint;
+  if (!joint_index.valid()) return;
   const Joint& joint = model.joints[static_cast<std::size_t>(joint_index)];
-  const Pose& X_WP = X_WL[static_cast<std::size_t>(joint.parent_link)];
+  const Pose& X_WP = X_WL[joint.parent_link];
   Pose& X_WC = X_WL[link];
   const Eigen::Matrix3d R_WJ = X_WP.linear() * joint.X_PJ.linear();
   X_WC.translation() = X_WP.linear() * joint.X_PJ.translation() + X_WP.translation();
@@ -64,21 +64,21 @@ void requireSize(const RobotModel& model, const RobotVector& q) {
 }
 
 /// The topmost link that moves as one with this one.
-int rigidRoot(const RobotModel& model, int link) {
+LinkId rigidRoot(const RobotModel& model, LinkId link) {
   for (;;) {
-    const int joint = model.links[static_cast<std::size_t>(link)].parent_joint;
-    if (joint < 0) return link;
-    const Joint& above = model.joints[static_cast<std::size_t>(joint)];
+    const JointId joint = model.links[link].parent_joint;
+    if (!joint.valid()) return link;
+    const Joint& above = model.joints[joint];
     if (above.type != JointType::kFixed) return link;
     link = above.parent_link;
   }
 }
 
-/// The rigid root of the group that a rigid root hangs on, or -1.
-int groupAbove(const RobotModel& model, int rigid_root) {
-  const int joint = model.links[static_cast<std::size_t>(rigid_root)].parent_joint;
-  if (joint < 0) return -1;
-  return rigidRoot(model, model.joints[static_cast<std::size_t>(joint)].parent_link);
+/// The rigid root of the group that a rigid root hangs on, if any.
+LinkId groupAbove(const RobotModel& model, LinkId rigid_root) {
+  const JointId joint = model.links[rigid_root].parent_joint;
+  if (!joint.valid()) return {};
+  return rigidRoot(model, model.joints[joint].parent_link);
 }
 
 void add(ContentHash& hash, const Joint& joint) {
@@ -109,36 +109,38 @@ void add(ContentHash& hash, const Hand& hand) {
 
 }  // namespace
 
-int RobotModel::findLink(std::string_view link) const { return indexOf(links, link); }
+LinkId RobotModel::findLink(std::string_view link) const { return LinkId(indexOf(links, link)); }
 
-int RobotModel::findJoint(std::string_view joint) const { return indexOf(joints, joint); }
-
-int RobotModel::findArm(std::string_view arm) const { return indexOf(arms, arm); }
-
-int RobotModel::findHand(std::string_view hand) const { return indexOf(hands, hand); }
-
-double RobotModel::jointPosition(int joint, const RobotVector& q) const {
-  const Joint& it = joints[static_cast<std::size_t>(joint)];
-  if (it.dof < 0) return 0.0;
-  return it.mimic ? it.mimic_multiplier * q[it.dof] + it.mimic_offset : q[it.dof];
+JointId RobotModel::findJoint(std::string_view joint) const {
+  return JointId(indexOf(joints, joint));
 }
 
-std::vector<int> RobotModel::linksMovedBy(const std::vector<int>& dofs) const {
+ArmId RobotModel::findArm(std::string_view arm) const { return ArmId(indexOf(arms, arm)); }
+
+HandId RobotModel::findHand(std::string_view hand) const { return HandId(indexOf(hands, hand)); }
+
+double RobotModel::jointPosition(JointId joint, const RobotVector& q) const {
+  const Joint& it = joints[joint];
+  if (!it.dof.valid()) return 0.0;
+  return it.mimic ? it.mimic_multiplier * q[it.dof.value()] + it.mimic_offset : q[it.dof.value()];
+}
+
+std::vector<LinkId> RobotModel::linksMovedBy(const std::vector<DofId>& dofs) const {
   std::vector<bool> moved(links.size(), false);
-  std::vector<int> result;
-  for (std::size_t link = 0; link < links.size(); ++link) {
-    if (links[link].parent_joint < 0) continue;
-    const Joint& joint = joints[static_cast<std::size_t>(links[link].parent_joint)];
+  std::vector<LinkId> result;
+  for (const LinkId link : IdRange<LinkId>(links.size())) {
+    if (!links[link].parent_joint.valid()) continue;
+    const Joint& joint = joints[links[link].parent_joint];
     const bool driven =
-        joint.dof >= 0 && std::find(dofs.begin(), dofs.end(), joint.dof) != dofs.end();
-    moved[link] = driven || moved[static_cast<std::size_t>(joint.parent_link)];
-    if (moved[link]) result.push_back(static_cast<int>(link));
+        joint.dof.valid() && std::find(dofs.begin(), dofs.end(), joint.dof) != dofs.end();
+    moved[link] = driven || moved[joint.parent_link];
+    if (moved[link]) result.push_back(link);
   }
   return result;
 }
 
-bool RobotModel::adjacent(int link_a, int link_b) const {
-  const int root_a = rigidRoot(*this, link_a), root_b = rigidRoot(*this, link_b);
+bool RobotModel::adjacent(LinkId link_a, LinkId link_b) const {
+  const LinkId root_a = rigidRoot(*this, link_a), root_b = rigidRoot(*this, link_b);
   return root_a == root_b || groupAbove(*this, root_a) == root_b ||
          groupAbove(*this, root_b) == root_a;
 }
@@ -148,13 +150,13 @@ void linkPoses(const RobotModel& model, const Pose& X_WB, const RobotVector& q,
   requireSize(model, q);
   X_WL.resize(model.links.size(), Pose::Identity());
   X_WL[0] = X_WB;
-  for (std::size_t link = 1; link < model.links.size(); ++link) setLinkPose(model, q, link, X_WL);
+  for (const LinkId link : IdRange<LinkId>(model.links.size())) setLinkPose(model, q, link, X_WL);
 }
 
-void linkPosesOf(const RobotModel& model, const RobotVector& q, const std::vector<int>& links,
+void linkPosesOf(const RobotModel& model, const RobotVector& q, const std::vector<LinkId>& links,
                  std::vector<Pose>& X_WL) {
   requireSize(model, q);
-  for (const int link : links) setLinkPose(model, q, static_cast<std::size_t>(link), X_WL);
+  for (const LinkId link : links) setLinkPose(model, q, link, X_WL);
 }
 
 std::string modelHash(const RobotModel& model) {

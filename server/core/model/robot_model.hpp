@@ -2,6 +2,7 @@
 // A robot as fixed arrays in topological order: immutable after loading and shared by all workers.
 #pragma once
 
+#include "core/model/id.hpp"
 #include "core/model/shape.hpp"
 
 #include <handover/common/pose.hpp>
@@ -18,6 +19,12 @@
 
 namespace handover {
 
+using LinkId = Id<struct LinkTag>;    ///< index in RobotModel::links
+using JointId = Id<struct JointTag>;  ///< index in RobotModel::joints
+using DofId = Id<struct DofTag>;      ///< index in RobotVector: an independent joint
+using ArmId = Id<struct ArmTag>;      ///< index in RobotModel::arms
+using HandId = Id<struct HandTag>;    ///< index in RobotModel::hands
+
 /// Joint positions of a robot: one entry per independent non-fixed joint (mimic joints have none),
 /// in the model's order [rad or m].
 using RobotVector = Eigen::VectorXd;
@@ -30,7 +37,7 @@ enum class JointType { kFixed, kRevolute, kPrismatic };
 struct Joint {
   std::string name;
   JointType type = JointType::kFixed;
-  int parent_link = -1, child_link = -1;
+  LinkId parent_link, child_link;
   Pose X_PJ = Pose::Identity();  ///< of the joint frame in the parent link, at q = 0
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in the joint frame
   /// Continuous joints: -pi, pi. A master's limits (and speed) are narrowed to those that keep its
@@ -39,7 +46,7 @@ struct Joint {
   bool continuous = false;  ///< it turns without end; planned within lower and upper all the same
   double velocity = 0, acceleration = 0;
   double jerk = 0;     ///< [rad/s^3]
-  int dof = -1;        ///< index in RobotVector; of the master for a mimic joint
+  DofId dof;           ///< none of a fixed joint; of the master for a mimic joint
   bool mimic = false;  ///< position = multiplier * q[dof] + offset; a
                        ///< mimic of a mimic is resolved to the master
   double mimic_multiplier = 1, mimic_offset = 0;
@@ -47,13 +54,13 @@ struct Joint {
 
 struct Link {
   std::string name;
-  int parent_joint = -1;  ///< -1 for the root
+  JointId parent_joint;  ///< none for the root
   std::vector<Shape> collision;
 };
 
 /// A suction gripper: a cup without joints.
 struct Suction {
-  int cup_link = -1;                                ///< rigid with the tool link
+  LinkId cup_link;                                  ///< rigid with the tool link
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, in the cup link, towards the object
   double radius = 0;                                ///< of the seal [m]
   double engage_s = 0;                              ///< until the vacuum holds, or is gone [s]
@@ -62,57 +69,57 @@ struct Suction {
 /// A hand: its finger joints, and where they start to close and to where they may.
 struct Hand {
   std::string name;
-  int palm_link = -1;
-  std::vector<int> finger_links;  ///< links that may count as finger contacts
-  std::vector<int> dofs;          ///< independent finger joints, in model order
+  LinkId palm_link;
+  std::vector<LinkId> finger_links;  ///< links that may count as finger contacts
+  std::vector<DofId> dofs;           ///< independent finger joints, in model order
   /// Per finger, its dofs from the palm outwards: the order in which they are closed until contact.
-  std::vector<std::vector<int>> fingers;
+  std::vector<std::vector<DofId>> fingers;
   Eigen::VectorXd open, closed;  ///< per dofs entry [rad]
-  std::vector<int> links;        ///< palm, fingers and everything fixed to them
+  std::vector<LinkId> links;     ///< palm, fingers and everything fixed to them
   /// A hand without fingers; palm_link is the cup link, dofs are empty.
   std::optional<Suction> suction;
 };
 
 struct Arm {
   std::string name;
-  int base_link = -1;       ///< parent link of the first joint: frame A
-  int tool_link = -1;       ///< frame T
-  std::vector<int> dofs;    ///< base to tool
-  std::vector<int> joints;  ///< the same as joint indices
+  LinkId base_link;             ///< parent link of the first joint: frame A
+  LinkId tool_link;             ///< frame T
+  std::vector<DofId> dofs;      ///< base to tool
+  std::vector<JointId> joints;  ///< the same
   Eigen::Vector3d approach_axis = Eigen::Vector3d::UnitZ();  ///< unit, in T, towards the object
   std::optional<Eigen::Vector3d> p_AShoulder;  ///< override of the first three axes' meeting point
-  int hand = -1;                               ///< index in hands
+  HandId hand;                                 ///< none: no gripper
 };
 
 struct RobotModel {
   std::string name;
   std::string urdf_path, srdf_path, yaml_path;  ///< as given to the loader, relative to the root
   std::string urdf_sha256, yaml_sha256;
-  std::string content_hash;     ///< of everything here but the paths, see modelHash()
-  std::vector<Link> links;      ///< links[0] is the root; parents come first
-  std::vector<Joint> joints;    ///< joints[i].child_link rises with i
-  std::vector<int> dof_joints;  ///< dof -> joint index
+  std::string content_hash;         ///< of everything here but the paths, see modelHash()
+  std::vector<Link> links;          ///< links[0] is the root; parents come first
+  std::vector<Joint> joints;        ///< joints[i].child_link rises with i
+  std::vector<JointId> dof_joints;  ///< by dof
   std::vector<Arm> arms;
   std::vector<Hand> hands;
   std::map<std::string, RobotVector>
       named_states;  ///< SRDF group states, others at 0 within limits
   /// SRDF disable_collisions: link pair (lower index first) -> reason.
-  std::map<std::pair<int, int>, std::string> disabled_pairs;
+  std::map<std::pair<LinkId, LinkId>, std::string> disabled_pairs;
 
   int dofs() const { return static_cast<int>(dof_joints.size()); }
 
-  /// Index of a name, or -1.
-  int findLink(std::string_view link) const;
-  int findJoint(std::string_view joint) const;
-  int findArm(std::string_view arm) const;
-  int findHand(std::string_view hand) const;
+  /// By name; none if there is none.
+  LinkId findLink(std::string_view link) const;
+  JointId findJoint(std::string_view joint) const;
+  ArmId findArm(std::string_view arm) const;
+  HandId findHand(std::string_view hand) const;
   /// Position of a joint (mimic ones follow their law; 0 for fixed ones).
-  double jointPosition(int joint, const RobotVector& q) const;
+  double jointPosition(JointId joint, const RobotVector& q) const;
   /// Links that move when any of these dofs moves, ascending.
-  std::vector<int> linksMovedBy(const std::vector<int>& dofs) const;
+  std::vector<LinkId> linksMovedBy(const std::vector<DofId>& dofs) const;
   /// True if the links are never tested for contact: they move as one (fixed joints between them),
   /// or one movable joint joins the rigid groups that they belong to.
-  bool adjacent(int link_a, int link_b) const;
+  bool adjacent(LinkId link_a, LinkId link_b) const;
 };
 
 /// Poses of every link when the root link is at `X_WB`: fills `X_WL`, size = links.size(). No
@@ -123,7 +130,7 @@ void linkPoses(const RobotModel& model, const Pose& X_WB, const RobotVector& q,
 
 /// The same for some links only, ascending (RobotModel::linksMovedBy): the others, filled before,
 /// stay. No allocation.
-void linkPosesOf(const RobotModel& model, const RobotVector& q, const std::vector<int>& links,
+void linkPosesOf(const RobotModel& model, const RobotVector& q, const std::vector<LinkId>& links,
                  std::vector<Pose>& X_WL);
 
 /// Hash (32 hex digits) of the model's content: structure, limits, shapes, arms, hands, named

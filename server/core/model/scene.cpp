@@ -15,9 +15,7 @@ int indexOf(const Items& items, std::string_view name) {
   return found == items.end() ? -1 : static_cast<int>(found - items.begin());
 }
 
-const std::string& linkName(const RobotModel& model, int link) {
-  return model.links[static_cast<std::size_t>(link)].name;
-}
+const std::string& linkName(const RobotModel& model, LinkId link) { return model.links[link].name; }
 
 RobotSnapshot snapshotOf(const SceneRobot& robot) {
   const RobotModel& model = *robot.model;
@@ -29,11 +27,10 @@ RobotSnapshot snapshotOf(const SceneRobot& robot) {
   shown.yaml = model.yaml_path;
   shown.yaml_sha256 = model.yaml_sha256;
   shown.X_WB = toValue(robot.X_WB);
-  for (std::size_t i = 0; i < model.joints.size(); ++i) {
+  for (const JointId i : IdRange<JointId>(model.joints.size())) {
     const Joint& joint = model.joints[i];
     if (joint.type == JointType::kFixed) continue;
-    shown.q_start.emplace_back(joint.name,
-                               model.jointPosition(static_cast<int>(i), robot.q_start) + 0.0);
+    shown.q_start.emplace_back(joint.name, model.jointPosition(i, robot.q_start) + 0.0);
     JointLimits limits{joint.lower, joint.upper, joint.velocity, joint.acceleration, joint.jerk};
     if (joint.continuous) limits.lower = limits.upper = std::nullopt;
     shown.limits.emplace_back(joint.name, limits);
@@ -49,8 +46,8 @@ RestSnapshot snapshotOf(const TaskRest& rest) {
 }
 
 ArmName armName(const Scene& scene, const ChainHolder& holder) {
-  const SceneRobot& robot = scene.robots[static_cast<std::size_t>(holder.robot)];
-  return {robot.name, robot.model->arms[static_cast<std::size_t>(holder.arm)].name};
+  const SceneRobot& robot = scene.robots[holder.robot];
+  return {robot.name, robot.model->arms[holder.arm].name};
 }
 
 ObjectSnapshot snapshotOf(const Scene& scene, const SceneObject& object) {
@@ -61,10 +58,10 @@ ObjectSnapshot snapshotOf(const Scene& scene, const SceneObject& object) {
   shown.resting = object.resting;
   if (object.attached_to) {
     const Attachment& held = *object.attached_to;
-    const SceneRobot& robot = scene.robots[static_cast<std::size_t>(held.robot)];
+    const SceneRobot& robot = scene.robots[held.robot];
     AttachmentSnapshot attachment{
         robot.name, linkName(*robot.model, held.link), toValue(held.X_LO), {}};
-    for (const int link : held.touch_links) {
+    for (const LinkId link : held.touch_links) {
       attachment.touch_links.push_back(linkName(*robot.model, link));
     }
     shown.attached_to = std::move(attachment);
@@ -102,15 +99,16 @@ void add(ContentHash& hash, const SceneObject& object, const Pose& X_WO) {
 
 }  // namespace
 
-int Scene::findRobot(std::string_view robot) const { return indexOf(robots, robot); }
+RobotId Scene::findRobot(std::string_view robot) const { return RobotId(indexOf(robots, robot)); }
 
-int Scene::findObject(std::string_view object) const { return indexOf(objects, object); }
+ObjectId Scene::findObject(std::string_view object) const {
+  return ObjectId(indexOf(objects, object));
+}
 
 std::shared_ptr<const Scene> startOf(const std::shared_ptr<const Scene>& scene,
                                      const SceneTask& task) {
-  const int object = scene->findObject(task.object);
-  if (object < 0) return scene;
-  const auto index = static_cast<std::size_t>(object);
+  const ObjectId index = scene->findObject(task.object);
+  if (!index.valid()) return scene;
   const SceneObject& stands = scene->objects[index];
   const auto rest = task.start_rest.objects.value_or(stands.resting);
   if (stands.X_WO.matrix() == task.X_WO_start.matrix() && stands.resting == rest) return scene;

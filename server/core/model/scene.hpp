@@ -16,19 +16,22 @@
 
 namespace handover {
 
+using RobotId = Id<struct RobotTag>;    ///< index in Scene::robots
+using ObjectId = Id<struct ObjectTag>;  ///< index in Scene::objects
+
 struct SceneRobot {
   std::string name;
   std::shared_ptr<const RobotModel> model;
   Pose X_WB = Pose::Identity();
   RobotVector q_start;
-  std::vector<std::pair<int, std::string>> resting;  ///< link index, object name
+  std::vector<std::pair<LinkId, std::string>> resting;  ///< link, object name
 };
 
 struct Attachment {
-  int robot = -1;  ///< index in Scene::robots
-  int link = -1;
+  RobotId robot;
+  LinkId link;
   Pose X_LO = Pose::Identity();
-  std::vector<int> touch_links;
+  std::vector<LinkId> touch_links;
 };
 
 struct SceneObject {
@@ -44,8 +47,8 @@ struct SceneObject {
 
 /// A place in a chain of holders: a robot, perhaps one of its arms.
 struct ChainHolder {
-  int robot = -1;  ///< index in Scene::robots
-  int arm = -1;    ///< index in RobotModel::arms; -1: any
+  RobotId robot;
+  ArmId arm;  ///< none: any
   bool operator==(const ChainHolder&) const = default;
 };
 
@@ -74,9 +77,9 @@ struct Scene {
   std::vector<SceneRobot> robots;
   std::vector<SceneObject> objects;
 
-  /// Index of a name, or -1.
-  int findRobot(std::string_view robot) const;
-  int findObject(std::string_view object) const;
+  /// By name; none if there is none.
+  RobotId findRobot(std::string_view robot) const;
+  ObjectId findObject(std::string_view object) const;
 };
 
 /// The scene as a task starts: its object at X_WO_start, on start_rest where the task names it. The

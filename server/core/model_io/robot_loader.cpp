@@ -76,65 +76,62 @@ class RobotAssembler {
                        key + ": " + message});
   }
 
-  int linkOf(const std::string& key, const std::string& name) {
-    const int link = model_.findLink(name);
-    if (link < 0) fault(key, "link '" + name + "' is not in the URDF");
+  LinkId linkOf(const std::string& key, const std::string& name) {
+    const LinkId link = model_.findLink(name);
+    if (!link.valid()) fault(key, "link '" + name + "' is not in the URDF");
     return link;
   }
 
-  Joint& jointOf(int dof) {
-    return model_
-        .joints[static_cast<std::size_t>(model_.dof_joints[static_cast<std::size_t>(dof)])];
-  }
+  Joint& jointOf(DofId dof) { return model_.joints[model_.dof_joints[dof]]; }
 
   // ---- hands
 
   void addHand(const HandSettings& settings) {
     const std::string key = "hands." + settings.name;
-    if (model_.findHand(settings.name) >= 0) return fault(key, "is defined twice");
+    if (model_.findHand(settings.name).valid()) return fault(key, "is defined twice");
     Hand hand;
     hand.name = settings.name;
     if (settings.suction) {
       const SuctionSettings& suction = *settings.suction;
       hand.palm_link = linkOf(key + ".suction.cup_link", suction.cup_link);
       hand.suction = Suction{hand.palm_link, suction.axis, suction.radius, suction.engage_s};
-      if (hand.palm_link >= 0) hand.links = {hand.palm_link};
+      if (hand.palm_link.valid()) hand.links = {hand.palm_link};
       model_.hands.push_back(std::move(hand));
       return;
     }
     hand.palm_link = linkOf(key + ".palm_link", settings.palm_link);
     for (const std::string& name : settings.finger_links) {
-      const int link = linkOf(key + ".finger_links", name);
-      if (link >= 0 && isAmong(hand.finger_links, link)) {
+      const LinkId link = linkOf(key + ".finger_links", name);
+      if (link.valid() && isAmong(hand.finger_links, link)) {
         fault(key + ".finger_links", "link '" + name + "' is there twice");
       }
       hand.finger_links.push_back(link);
     }
     addHandDofs(key, settings, hand);
     for (const auto& names : settings.fingers) addFinger(key + ".fingers", names, hand);
-    if (hand.palm_link >= 0) {
+    if (hand.palm_link.valid()) {
       hand.links = handLinks(hand);
       checkFingerLinks(key + ".finger_links", hand);
     }
     model_.hands.push_back(std::move(hand));
   }
 
-  static bool isAmong(const std::vector<int>& list, int value) {
+  template <class Tag>
+  static bool isAmong(const std::vector<Id<Tag>>& list, Id<Tag> value) {
     return std::find(list.begin(), list.end(), value) != list.end();
   }
 
   void checkFingerLinks(const std::string& key, const Hand& hand) {
-    for (const int link : hand.finger_links) {
-      if (link < 0 || isAmong(hand.links, link)) continue;
-      fault(key, "link '" + model_.links[static_cast<std::size_t>(link)].name +
-                     "' is no part of the hand");
+    for (const LinkId link : hand.finger_links) {
+      if (!link.valid() || isAmong(hand.links, link)) continue;
+      fault(key, "link '" + model_.links[link].name + "' is no part of the hand");
     }
   }
 
   void addHandDofs(const std::string& key, const HandSettings& settings, Hand& hand) {
     for (const auto& [name, position] : settings.open) {
-      const int dof = independentDof(key + ".open", name);
-      if (dof >= 0) hand.dofs.push_back(dof);
+      const DofId dof = independentDof(key + ".open", name);
+      if (dof.valid()) hand.dofs.push_back(dof);
       if (!settings.closed.contains(name))
         fault(key + ".closed", "joint '" + name + "' is missing");
     }
@@ -151,7 +148,7 @@ class RobotAssembler {
         setPosture(key + ".closed", name, position, hand, hand.closed);
       }
     }
-    for (const int dof : hand.dofs) {
+    for (const DofId dof : hand.dofs) {
       limitChanges(settings, jointOf(dof));
       if (jointOf(dof).velocity <= 0) {
         fault(key + ".open", "joint '" + jointOf(dof).name + "' has no velocity limit in the URDF");
@@ -159,25 +156,25 @@ class RobotAssembler {
     }
   }
 
-  int independentDof(const std::string& key, const std::string& joint_name) {
-    const int joint = model_.findJoint(joint_name);
-    if (joint < 0) {
+  DofId independentDof(const std::string& key, const std::string& joint_name) {
+    const JointId joint = model_.findJoint(joint_name);
+    if (!joint.valid()) {
       fault(key, "joint '" + joint_name + "' is not in the URDF");
-      return -1;
+      return {};
     }
-    const Joint& it = model_.joints[static_cast<std::size_t>(joint)];
+    const Joint& it = model_.joints[joint];
     if (it.type == JointType::kFixed || it.mimic) {
       fault(key, "joint '" + joint_name + "' " + (it.mimic ? "mimics another" : "is fixed"));
-      return -1;
+      return {};
     }
     return it.dof;
   }
 
   void setPosture(const std::string& key, const std::string& name, double position,
                   const Hand& hand, Eigen::VectorXd& posture) {
-    const int joint = model_.findJoint(name);
-    if (joint < 0) return;  // said already
-    const Joint& it = model_.joints[static_cast<std::size_t>(joint)];
+    const JointId joint = model_.findJoint(name);
+    if (!joint.valid()) return;  // said already
+    const Joint& it = model_.joints[joint];
     const auto at = std::find(hand.dofs.begin(), hand.dofs.end(), it.dof);
     if (it.mimic || at == hand.dofs.end()) return;
     if (!withinWrittenLimits(it, position)) {
@@ -188,10 +185,10 @@ class RobotAssembler {
 
   void addFinger(const std::string& key, const std::vector<std::string>& names, Hand& hand) {
     if (names.empty()) return fault(key, "a finger has no joint");
-    std::vector<int> finger;
+    std::vector<DofId> finger;
     for (const std::string& name : names) {
-      const int dof = independentDof(key, name);
-      if (dof < 0) continue;
+      const DofId dof = independentDof(key, name);
+      if (!dof.valid()) continue;
       if (std::find(hand.dofs.begin(), hand.dofs.end(), dof) == hand.dofs.end()) {
         fault(key, "joint '" + name + "' is not among those of open");
         continue;
@@ -199,7 +196,7 @@ class RobotAssembler {
       const bool again =
           isAmong(finger, dof) ||
           std::any_of(hand.fingers.begin(), hand.fingers.end(),
-                      [dof](const std::vector<int>& other) { return isAmong(other, dof); });
+                      [dof](const std::vector<DofId>& other) { return isAmong(other, dof); });
       if (again) fault(key, "joint '" + name + "' is there twice");
       finger.push_back(dof);
     }
@@ -207,20 +204,17 @@ class RobotAssembler {
   }
 
   /// The palm, what its fingers move and whatever hangs on these.
-  std::vector<int> handLinks(const Hand& hand) const {
+  std::vector<LinkId> handLinks(const Hand& hand) const {
     std::vector<bool> in_hand(model_.links.size(), false);
-    for (const int link : model_.linksMovedBy(hand.dofs)) {
-      in_hand[static_cast<std::size_t>(link)] = true;
-    }
-    in_hand[static_cast<std::size_t>(hand.palm_link)] = true;
-    std::vector<int> links;
-    for (std::size_t i = 0; i < model_.links.size(); ++i) {
-      const int joint = model_.links[i].parent_joint;
-      if (joint >= 0 && in_hand[static_cast<std::size_t>(
-                            model_.joints[static_cast<std::size_t>(joint)].parent_link)]) {
+    for (const LinkId link : model_.linksMovedBy(hand.dofs)) in_hand[link] = true;
+    in_hand[hand.palm_link] = true;
+    std::vector<LinkId> links;
+    for (const LinkId i : IdRange<LinkId>(model_.links.size())) {
+      const JointId joint = model_.links[i].parent_joint;
+      if (joint.valid() && in_hand[model_.joints[joint].parent_link]) {
         in_hand[i] = true;
       }
-      if (in_hand[i]) links.push_back(static_cast<int>(i));
+      if (in_hand[i]) links.push_back(i);
     }
     return links;
   }
@@ -229,13 +223,13 @@ class RobotAssembler {
 
   void addArm(const ArmSettings& settings) {
     const std::string key = "arms." + settings.name;
-    if (model_.findArm(settings.name) >= 0) return fault(key, "is defined twice");
+    if (model_.findArm(settings.name).valid()) return fault(key, "is defined twice");
     Arm arm;
     arm.name = settings.name;
     arm.tool_link = linkOf(key + ".tool_link", settings.tool_link);
     arm.p_AShoulder = settings.p_AShoulder;
     arm.hand = model_.findHand(settings.hand);
-    if (arm.hand < 0) fault(key + ".hand", "hand '" + settings.hand + "' is not defined");
+    if (!arm.hand.valid()) fault(key + ".hand", "hand '" + settings.hand + "' is not defined");
     if (settings.approach_axis.norm() < 1e-9) {
       fault(key + ".approach_axis", "is zero");
     } else {
@@ -264,7 +258,7 @@ class RobotAssembler {
                      std::to_string(kMaxArmJoints));
       return false;
     }
-    for (const int index : group.joints) {
+    for (const JointId index : group.joints) {
       Joint& joint = model_.joints[static_cast<std::size_t>(index)];
       if (joint.mimic) {
         fault(key, at + " has the mimic joint '" + joint.name + "'");
@@ -277,20 +271,20 @@ class RobotAssembler {
       arm.joints.push_back(index);
       arm.dofs.push_back(joint.dof);
     }
-    arm.base_link = model_.joints[static_cast<std::size_t>(arm.joints.front())].parent_link;
-    if (arm.tool_link < 0) return false;
+    arm.base_link = model_.joints[arm.joints.front()].parent_link;
+    if (!arm.tool_link.valid()) return false;
     if (movableAbove(arm.tool_link, arm.base_link) != arm.joints) {
       fault(key + ".tool_link", "the joints of " + at +
                                     " are not those between its base and link '" +
                                     settings.tool_link + "'");
       return false;
     }
-    if (arm.hand < 0) return true;
-    const Hand& hand = model_.hands[static_cast<std::size_t>(arm.hand)];
-    const int palm = hand.palm_link;
-    if (hand.suction && palm >= 0) {
+    if (!arm.hand.valid()) return true;
+    const Hand& hand = model_.hands[arm.hand];
+    const LinkId palm = hand.palm_link;
+    if (hand.suction && palm.valid()) {
       checkCup(key, settings, *hand.suction, arm);
-    } else if (palm >= 0 && !isAmong(model_.linksMovedBy({arm.dofs.back()}), palm)) {
+    } else if (palm.valid() && !isAmong(model_.linksMovedBy({arm.dofs.back()}), palm)) {
       fault(key + ".hand", "the palm of hand '" + settings.hand + "' does not hang on this arm");
     }
     return true;
@@ -306,25 +300,24 @@ class RobotAssembler {
     }
     std::vector<Pose> X_BL;
     linkPoses(model_, Pose::Identity(), RobotVector::Zero(model_.dofs()), X_BL);
-    const auto inBase = [&](int link, const Eigen::Vector3d& axis) -> Eigen::Vector3d {
-      return X_BL[static_cast<std::size_t>(link)].linear() * axis;
+    const auto inBase = [&](LinkId link, const Eigen::Vector3d& axis) -> Eigen::Vector3d {
+      return X_BL[link].linear() * axis;
     };
     const double cosine =
         inBase(arm.tool_link, arm.approach_axis).dot(inBase(cup.cup_link, cup.axis));
     if (cosine < std::cos(kCupTilt)) {
-      fault(key + ".approach_axis", "is not along the axis of the suction cup '" +
-                                        model_.links[static_cast<std::size_t>(cup.cup_link)].name +
-                                        "'");
+      fault(key + ".approach_axis",
+            "is not along the axis of the suction cup '" + model_.links[cup.cup_link].name + "'");
     }
   }
 
   /// Movable joints between two links, base to tip; up to the root if `base` is not above `tip`.
-  std::vector<int> movableAbove(int tip, int base) const {
-    std::vector<int> joints;
-    for (int link = tip; link != base;) {
-      const int joint = model_.links[static_cast<std::size_t>(link)].parent_joint;
-      if (joint < 0) break;
-      const Joint& it = model_.joints[static_cast<std::size_t>(joint)];
+  std::vector<JointId> movableAbove(LinkId tip, LinkId base) const {
+    std::vector<JointId> joints;
+    for (LinkId link = tip; link != base;) {
+      const JointId joint = model_.links[link].parent_joint;
+      if (!joint.valid()) break;
+      const Joint& it = model_.joints[joint];
       if (it.type != JointType::kFixed) joints.push_back(joint);
       link = it.parent_link;
     }
@@ -333,9 +326,9 @@ class RobotAssembler {
   }
 
   void checkDofsUsedOnce() {
-    std::set<int> used;
-    const auto claim = [&](const std::string& key, const std::vector<int>& dofs) {
-      for (const int dof : dofs) {
+    std::set<DofId> used;
+    const auto claim = [&](const std::string& key, const std::vector<DofId>& dofs) {
+      for (const DofId dof : dofs) {
         if (used.insert(dof).second) continue;
         fault(key, "joint '" + jointOf(dof).name + "' belongs to another arm or hand already");
       }
@@ -353,12 +346,12 @@ class RobotAssembler {
     }
   }
 
-  void addState(const std::string& name, const std::map<int, double>& state) {
+  void addState(const std::string& name, const std::map<JointId, double>& state) {
     RobotVector q(model_.dofs());
-    for (int dof = 0; dof < model_.dofs(); ++dof) {
-      const auto given = state.find(model_.dof_joints[static_cast<std::size_t>(dof)]);
+    for (const DofId dof : IdRange<DofId>(model_.dofs())) {
+      const auto given = state.find(model_.dof_joints[dof]);
       const double position = given == state.end() ? 0.0 : given->second;
-      q[dof] = std::clamp(position, jointOf(dof).lower, jointOf(dof).upper);
+      q[dof.value()] = std::clamp(position, jointOf(dof).lower, jointOf(dof).upper);
     }
     model_.named_states.emplace(name, std::move(q));
   }

@@ -20,10 +20,10 @@ class SrdfReader {
   SrdfReader(const std::string& shown_file, const UrdfModel& urdf, std::vector<FileFault>& faults)
       : urdf_(urdf), faults_(shown_file, faults) {
     for (std::size_t i = 0; i < urdf.links.size(); ++i) {
-      links_.emplace(urdf.links[i].name, static_cast<int>(i));
+      links_.emplace(urdf.links[i].name, LinkId(i));
     }
     for (std::size_t i = 0; i < urdf.joints.size(); ++i) {
-      joints_.emplace(urdf.joints[i].name, static_cast<int>(i));
+      joints_.emplace(urdf.joints[i].name, JointId(i));
     }
   }
 
@@ -43,7 +43,7 @@ class SrdfReader {
     if (tooMany(*robot)) return {};
     collectGroups(*robot);
     for (const auto& [name, element] : group_elements_) {
-      const std::set<int>& joints = jointsOf(name, *element);
+      const std::set<JointId>& joints = jointsOf(name, *element);
       model_.groups.emplace(name, SrdfGroup{element->GetLineNum(), {joints.begin(), joints.end()}});
     }
     forEach(*robot, "end_effector", [this](const XMLElement& e) { readEndEffector(e); });
@@ -80,29 +80,31 @@ class SrdfReader {
     });
   }
 
-  int named(const std::map<std::string, int>& known, const XMLElement& at, const char* attribute,
-            const char* what) {
+  /// The joint or link that an attribute names; told and none if it is not known.
+  template <class Tag>
+  Id<Tag> named(const std::map<std::string, Id<Tag>>& known, const XMLElement& at,
+                const char* attribute, const char* what) {
     const std::string name = requiredText(at, attribute, faults_);
-    if (name.empty()) return -1;
+    if (name.empty()) return {};
     const auto found = known.find(name);
     if (found != known.end()) return found->second;
     faults_.add(at,
                 std::string("<") + at.Name() + ">: " + what + " '" + name + "' is not in the URDF");
-    return -1;
+    return {};
   }
 
   /// The movable joints of a group's links, joints, chains and subgroups. Each group is read once.
-  const std::set<int>& jointsOf(const std::string& name, const XMLElement& group) {
+  const std::set<JointId>& jointsOf(const std::string& name, const XMLElement& group) {
     const auto [entry, fresh] = group_joints_.try_emplace(name);
     if (!fresh) return entry->second;
     checkChildren(group, {}, {"joint", "link", "chain", "group"}, faults_);
     open_groups_.insert(name);
-    std::set<int> joints;
+    std::set<JointId> joints;
     forEach(group, "joint",
             [&](const XMLElement& e) { addMovable(named(joints_, e, "name", "joint"), joints); });
     forEach(group, "link", [&](const XMLElement& e) {
-      const int link = named(links_, e, "name", "link");
-      if (link > 0) addMovable(urdf_.links[static_cast<std::size_t>(link)].parent_joint, joints);
+      const LinkId link = named(links_, e, "name", "link");
+      if (link.valid()) addMovable(urdf_.links[link].parent_joint, joints);
     });
     forEach(group, "chain", [&](const XMLElement& e) { addChain(e, joints); });
     forEach(group, "group", [&](const XMLElement& e) { addSubgroup(e, joints); });
@@ -111,27 +113,26 @@ class SrdfReader {
     return entry->second;
   }
 
-  void addMovable(int joint, std::set<int>& joints) const {
-    if (joint < 0) return;
-    if (urdf_.joints[static_cast<std::size_t>(joint)].type != JointType::kFixed)
-      joints.insert(joint);
+  void addMovable(JointId joint, std::set<JointId>& joints) const {
+    if (!joint.valid()) return;
+    if (urdf_.joints[joint].type != JointType::kFixed) joints.insert(joint);
   }
 
-  void addChain(const XMLElement& chain, std::set<int>& joints) {
-    const int base = named(links_, chain, "base_link", "link");
-    const int tip = named(links_, chain, "tip_link", "link");
-    if (base < 0 || tip < 0) return;
-    std::set<int> found;
-    int link = tip;
+  void addChain(const XMLElement& chain, std::set<JointId>& joints) {
+    const LinkId base = named(links_, chain, "base_link", "link");
+    const LinkId tip = named(links_, chain, "tip_link", "link");
+    if (!base.valid() || !tip.valid()) return;
+    std::set<JointId> found;
+    LinkId link = tip;
     while (link != base) {
-      const int joint = urdf_.links[static_cast<std::size_t>(link)].parent_joint;
-      if (joint < 0) {
+      const JointId joint = urdf_.links[link].parent_joint;
+      if (!joint.valid()) {
         faults_.add(chain, "<chain>: no joints lead from '" + text(chain, "base_link") + "' to '" +
                                text(chain, "tip_link") + "'");
         return;
       }
       addMovable(joint, found);
-      link = urdf_.joints[static_cast<std::size_t>(joint)].parent_link;
+      link = urdf_.joints[joint].parent_link;
     }
     joints.insert(found.begin(), found.end());
   }
@@ -141,7 +142,7 @@ class SrdfReader {
     return value == nullptr ? "" : value;
   }
 
-  void addSubgroup(const XMLElement& element, std::set<int>& joints) {
+  void addSubgroup(const XMLElement& element, std::set<JointId>& joints) {
     const std::string name = requiredText(element, "name", faults_);
     if (name.empty()) return;
     const auto found = group_elements_.find(name);
@@ -151,7 +152,7 @@ class SrdfReader {
     if (open_groups_.contains(name)) {
       return faults_.add(element, "<group>: group '" + name + "' contains itself");
     }
-    const std::set<int>& inner = jointsOf(name, *found->second);
+    const std::set<JointId>& inner = jointsOf(name, *found->second);
     joints.insert(inner.begin(), inner.end());
   }
 
@@ -178,10 +179,10 @@ class SrdfReader {
     checkChildren(element, {}, {"joint"}, faults_);
     auto& state = model_.states[name];
     forEach(element, "joint", [&](const XMLElement& e) {
-      const int joint = named(joints_, e, "name", "joint");
+      const JointId joint = named(joints_, e, "name", "joint");
       const auto value = requiredNumber(e, "value", faults_);
-      if (joint < 0 || !value) return;
-      const Joint& it = urdf_.joints[static_cast<std::size_t>(joint)];
+      if (!joint.valid() || !value) return;
+      const Joint& it = urdf_.joints[joint];
       if (it.type == JointType::kFixed) {
         return faults_.add(e, "<group_state> '" + name + "': joint '" + it.name + "' is fixed");
       }
@@ -197,19 +198,18 @@ class SrdfReader {
     });
   }
 
-  void checkMembership(const XMLElement& state, const XMLElement& at, int joint) {
+  void checkMembership(const XMLElement& state, const XMLElement& at, JointId joint) {
     const std::string group = text(state, "group");
     const auto known = group_joints_.find(group);
     if (known == group_joints_.end() || known->second.contains(joint)) return;
-    faults_.add(at, described(state) + ": joint '" +
-                        urdf_.joints[static_cast<std::size_t>(joint)].name + "' is not in group '" +
-                        group + "'");
+    faults_.add(at, described(state) + ": joint '" + urdf_.joints[joint].name +
+                        "' is not in group '" + group + "'");
   }
 
   void readDisabled(const XMLElement& element) {
-    const int a = named(links_, element, "link1", "link"),
-              b = named(links_, element, "link2", "link");
-    if (a < 0 || b < 0) return;
+    const LinkId a = named(links_, element, "link1", "link"),
+                 b = named(links_, element, "link2", "link");
+    if (!a.valid() || !b.valid()) return;
     if (a == b) return faults_.add(element, "<disable_collisions>: a link with itself");
     const std::string reason = requiredText(element, "reason", faults_);
     static constexpr std::string_view kReasons[] = {"Adjacent", "Always", "Never", "Default",
@@ -229,9 +229,10 @@ class SrdfReader {
 
   const UrdfModel& urdf_;
   XmlFaults faults_;
-  std::map<std::string, int> links_, joints_;
+  std::map<std::string, LinkId> links_;
+  std::map<std::string, JointId> joints_;
   std::map<std::string, const XMLElement*> group_elements_;
-  std::map<std::string, std::set<int>> group_joints_;
+  std::map<std::string, std::set<JointId>> group_joints_;
   std::set<std::string> end_effectors_;
   std::set<std::string> open_groups_;  ///< being read: a group found again in here contains itself
   SrdfModel model_;

@@ -15,15 +15,15 @@ namespace handover {
 
 struct SrdfGroup {
   int line = 0;
-  std::vector<int> joints;  ///< movable ones, mimic ones too, ascending: chains run base to tip
+  std::vector<JointId> joints;  ///< movable ones, mimic ones too, ascending: chains run base to tip
 };
 
 struct SrdfModel {
   std::map<std::string, SrdfGroup> groups;
-  /// Group state name -> joint index -> position; states of one name over several groups are
+  /// Group state name -> joint -> position; states of one name over several groups are
   /// merged.
-  std::map<std::string, std::map<int, double>> states;
-  std::map<std::pair<int, int>, std::string> disabled_pairs;  ///< lower link first -> reason
+  std::map<std::string, std::map<JointId, double>> states;
+  std::map<std::pair<LinkId, LinkId>, std::string> disabled_pairs;  ///< lower link first -> reason
 };
 
 /// Faults are appended; the result is usable only if none were.

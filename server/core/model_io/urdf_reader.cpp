@@ -65,11 +65,11 @@ class UrdfReader {
     for (const UrdfNode& node : checked_.nodes) {
       Link link;
       link.name = node.link;
-      link.parent_joint = static_cast<int>(model_.links.size()) - 1;
+      link.parent_joint = JointId(static_cast<int>(model_.links.size()) - 1);
       for (const auto& collision : robot_.links_.at(node.link)->collision_array) {
         addShapes(*collision, link.collision);
       }
-      if (node.parent >= 0) addJoint(*robot_.joints_.at(node.joint), node.parent);
+      if (node.parent >= 0) addJoint(*robot_.joints_.at(node.joint), LinkId(node.parent));
       model_.links.push_back(std::move(link));
     }
     for (Joint& joint : model_.joints) {
@@ -84,7 +84,7 @@ class UrdfReader {
 
  private:
   void fault(const Joint& mimic, const std::string& message) {
-    const int line = checked_.nodes[static_cast<std::size_t>(mimic.child_link)].mimic_line;
+    const int line = checked_.nodes[mimic.child_link].mimic_line;
     faults_.push_back({shown_file_, line, "<joint> '" + mimic.name + "'" + message});
   }
 
@@ -107,16 +107,16 @@ class UrdfReader {
     }
   }
 
-  void addJoint(const urdf::Joint& from, int parent_link) {
+  void addJoint(const urdf::Joint& from, LinkId parent_link) {
     Joint joint;
     joint.name = from.name;
     joint.parent_link = parent_link;
-    joint.child_link = static_cast<int>(model_.links.size());
+    joint.child_link = LinkId(model_.links.size());
     joint.X_PJ = toPose(from.parent_to_joint_origin_transform);
     if (from.type != urdf::Joint::FIXED) addMotion(from, joint);
     if (joint.type != JointType::kFixed && !joint.mimic) {
-      joint.dof = static_cast<int>(model_.dof_joints.size());
-      model_.dof_joints.push_back(static_cast<int>(model_.joints.size()));
+      joint.dof = DofId(model_.dof_joints.size());
+      model_.dof_joints.push_back(JointId(model_.joints.size()));
     }
     model_.joints.push_back(std::move(joint));
   }
@@ -158,8 +158,7 @@ class UrdfReader {
   /// A master may go and run only as far and as fast as its mimic joint may.
   void narrowMaster(const Joint& mimic) {
     const double factor = mimic.mimic_multiplier;
-    Joint& master = model_.joints[static_cast<std::size_t>(
-        model_.dof_joints[static_cast<std::size_t>(mimic.dof)])];
+    Joint& master = model_.joints[model_.dof_joints[mimic.dof]];
     double lower = mimic.lower - mimic.mimic_offset, upper = mimic.upper - mimic.mimic_offset;
     if (factor == 0) {
       if (lower > 0 || upper < 0) {

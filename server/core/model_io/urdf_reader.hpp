@@ -18,7 +18,7 @@ struct UrdfModel {
   std::string name;
   std::vector<Link> links;
   std::vector<Joint> joints;
-  std::vector<int> dof_joints;
+  std::vector<JointId> dof_joints;
 };
 
 /// Reads `file`. Faults (checkUrdf(), and what urdfdom refuses beyond it) are appended, called

@@ -67,10 +67,10 @@ bool rate(const TransportProblem& problem, const ChainHolder& arm, const Pose& X
 template <typename Visit>
 void forEachArm(const TransportProblem& problem, const std::optional<ChainHolder>& which,
                 const Visit& visit) {
-  for (int robot = 0; robot < static_cast<int>(problem.scene->robots.size()); ++robot) {
+  for (const RobotId robot : IdRange<RobotId>(problem.scene->robots.size())) {
     if (which && which->robot != robot) continue;
-    const RobotModel& model = *problem.scene->robots[static_cast<std::size_t>(robot)].model;
-    for (int arm = 0; arm < static_cast<int>(model.arms.size()); ++arm) {
+    const RobotModel& model = *problem.scene->robots[robot].model;
+    for (const ArmId arm : IdRange<ArmId>(model.arms.size())) {
       visit(ChainHolder{robot, arm});
     }
   }
@@ -82,12 +82,12 @@ ArmRanking rankArms(const TransportProblem& problem, const std::optional<ChainHo
                     std::size_t holder, const Pose& X_WO) {
   ArmRanking ranking;
   forEachArm(problem, which, [&](const ChainHolder& arm) {
-    const SceneRobot& placed = problem.scene->robots[static_cast<std::size_t>(arm.robot)];
+    const SceneRobot& placed = problem.scene->robots[arm.robot];
     ArmScore score;
-    score.arm = {placed.name, placed.model->arms[static_cast<std::size_t>(arm.arm)].name};
+    score.arm = {placed.name, placed.model->arms[arm.arm].name};
     score.holder = static_cast<std::uint32_t>(holder);
     ranking.proven = rate(problem, arm, X_WO, score) && ranking.proven;
-    const bool excluded = which && which->arm >= 0 && which->arm != arm.arm;
+    const bool excluded = which && which->arm.valid() && which->arm != arm.arm;
     if (excluded && score.rejected == Cause::kUnspecified) score.rejected = Cause::kExcluded;
     if (score.rejected == Cause::kUnspecified) ranking.arms.push_back({arm, score.manipulability});
     ranking.scores.push_back(std::move(score));
@@ -102,7 +102,7 @@ std::vector<ChainHolder> fitArms(const TransportProblem& problem,
                                  const std::optional<ChainHolder>& which) {
   std::vector<ChainHolder> arms;
   forEachArm(problem, which, [&](const ChainHolder& arm) {
-    if (which && which->arm >= 0 && which->arm != arm.arm) return;
+    if (which && which->arm.valid() && which->arm != arm.arm) return;
     if (!unfitReason(problem, arm.robot, arm.arm)) arms.push_back(arm);
   });
   return arms;

@@ -39,7 +39,7 @@ struct SearchState {
   PlanEventSink& sink;
   const Deadline& deadline;
   CollisionWorld world, spare_world;
-  std::map<std::pair<int, int>, Manipulator> manipulators;  ///< by robot and arm
+  std::map<std::pair<RobotId, ArmId>, Manipulator> manipulators;  ///< by robot and arm
   PrunedByArm at_start, at_goal;
   SearchCounts counts;
   FarthestCandidate farthest;

@@ -6,14 +6,12 @@
 namespace handover {
 namespace {
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
 /// Bodies of what an object rests on, by name.
 std::vector<BodyId> bodiesOf(const TransportProblem& problem, const TaskRest& rest) {
   std::vector<BodyId> bodies;
   for (const auto& name : rest.objects.value_or(std::vector<std::string>())) {
-    const int object = problem.scene->findObject(name);
-    if (object >= 0) bodies.push_back(problem.collision->objectBody(object));
+    const ObjectId object = problem.scene->findObject(name);
+    if (object.valid()) bodies.push_back(problem.collision->objectBody(object));
   }
   return bodies;
 }
@@ -38,8 +36,8 @@ AllowedContacts besideObject(AllowedContacts contacts, std::size_t holder, const
 std::shared_ptr<const CollisionScene> collisionForTask(const Scene& scene,
                                                        const std::string& object) {
   Scene lifted = scene;
-  const int index = lifted.findObject(object);
-  if (index >= 0) lifted.objects[at(index)].resting.clear();
+  const ObjectId index = lifted.findObject(object);
+  if (index.valid()) lifted.objects[index].resting.clear();
   return std::make_shared<const CollisionScene>(lifted);
 }
 
@@ -84,11 +82,12 @@ std::vector<NamePair> CollisionContext::names(const AllowedContacts& contacts) c
 }
 
 StateChecker CollisionContext::make(const CellState& state, const Manipulator& mover,
-                                    const std::vector<int>& dofs, const AllowedContacts& contacts) {
+                                    const std::vector<DofId>& dofs,
+                                    const AllowedContacts& contacts) {
   const bool holding = state.holder == &mover;
   StateChecker checker = pattern(mover, dofs, holding, contacts);
   for (std::size_t robot = 0; robot < state.q.size(); ++robot) {
-    checker.setPosture(static_cast<int>(robot), state.q[robot]);
+    checker.setPosture(RobotId(robot), state.q[robot]);
   }
   checker.setObject(object_, state.X_WO);
   if (holding) checker.setHold(state.X_TO);
@@ -96,7 +95,7 @@ StateChecker CollisionContext::make(const CellState& state, const Manipulator& m
 }
 
 const StateChecker& CollisionContext::pattern(const Manipulator& mover,
-                                              const std::vector<int>& dofs, bool holding,
+                                              const std::vector<DofId>& dofs, bool holding,
                                               const AllowedContacts& contacts) {
   for (const Pattern& it : patterns_) {
     if (it.robot == mover.robot && it.holding == holding && it.contacts == contacts &&

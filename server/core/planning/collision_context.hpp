@@ -22,13 +22,9 @@ struct CellState {
   const Manipulator* holder = nullptr;  ///< the object moves with its tool
   Pose X_TO = Pose::Identity();         ///< in the holder's tool
 
-  const RobotVector& of(const Manipulator& manipulator) const {
-    return q[static_cast<std::size_t>(manipulator.robot)];
-  }
+  const RobotVector& of(const Manipulator& manipulator) const { return q[manipulator.robot]; }
 
-  RobotVector& of(const Manipulator& manipulator) {
-    return q[static_cast<std::size_t>(manipulator.robot)];
-  }
+  RobotVector& of(const Manipulator& manipulator) { return q[manipulator.robot]; }
 };
 
 /// The object in the manipulator's hand, closed by the grasp, at an arm configuration.
@@ -58,13 +54,13 @@ class CollisionContext {
 
   CellState startState() const;
 
-  int object() const { return object_; }
+  ObjectId object() const { return object_; }
 
   BodyId objectBody() const { return object_body_; }
 
   /// A checker for motions of `dofs` of the mover's robot while all else stands as in `state`.
-  StateChecker make(const CellState& state, const Manipulator& mover, const std::vector<int>& dofs,
-                    const AllowedContacts& contacts);
+  StateChecker make(const CellState& state, const Manipulator& mover,
+                    const std::vector<DofId>& dofs, const AllowedContacts& contacts);
 
   /// Of the mover's arm.
   StateChecker makeForArm(const CellState& state, const Manipulator& mover,
@@ -79,8 +75,8 @@ class CollisionContext {
   /// What a checker's pairs follow from, and one that has them: finding them costs more than a
   /// copy.
   struct Pattern {
-    int robot;
-    std::vector<int> dofs;
+    RobotId robot;
+    std::vector<DofId> dofs;
     bool holding;
     AllowedContacts contacts;
     StateChecker checker;
@@ -89,14 +85,14 @@ class CollisionContext {
   /// Calls visit(body) for every body that may touch the object.
   template <typename Visit>
   void forEachPartner(const AllowedContacts& contacts, const Visit& visit) const;
-  const StateChecker& pattern(const Manipulator& mover, const std::vector<int>& dofs, bool holding,
-                              const AllowedContacts& contacts);
+  const StateChecker& pattern(const Manipulator& mover, const std::vector<DofId>& dofs,
+                              bool holding, const AllowedContacts& contacts);
 
   const TransportProblem& problem_;
   std::vector<const Manipulator*> holders_;
   CollisionWorld& world_;
-  int object_ = -1;
-  BodyId object_body_ = -1;
+  ObjectId object_;
+  BodyId object_body_;
   std::vector<BodyId> start_rest_, goal_rest_;
   std::deque<Pattern> patterns_;
 };

@@ -10,12 +10,11 @@ std::string nameOf(const ArmName& arm) { return arm.robot + "/" + arm.arm; }
 
 /// Why the arm's grasp set is empty, after a colon; empty where nothing is known.
 std::string whyNoGrasps(const TransportProblem& problem, const ArmName& arm) {
-  const int robot = problem.scene->findRobot(arm.robot);
-  if (robot < 0) return "";
-  const auto r = static_cast<std::size_t>(robot);
-  const int index = problem.scene->robots[r].model->findArm(arm.arm);
-  if (index < 0) return "";
-  const auto& grasps = problem.resources[r].grasps[static_cast<std::size_t>(index)];
+  const RobotId robot = problem.scene->findRobot(arm.robot);
+  if (!robot.valid()) return "";
+  const ArmId index = problem.scene->robots[robot].model->findArm(arm.arm);
+  if (!index.valid()) return "";
+  const auto& grasps = problem.resources[robot].grasps[index];
   return grasps && !grasps->none_because.empty() ? ": " + grasps->none_because : "";
 }
 

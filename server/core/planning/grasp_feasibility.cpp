@@ -178,7 +178,7 @@ class Pruner {
 
   void tally(const BodyPair& hit) {
     const auto owner = [&](BodyId body) { return bodies_.robotOf(body); };
-    const bool self = owner(hit.first) >= 0 && owner(hit.first) == owner(hit.second);
+    const bool self = owner(hit.first).valid() && owner(hit.first) == owner(hit.second);
     pruned_.rejects.add(self ? Cause::kSelfCollision : Cause::kCollision,
                         {bodies_.name(hit.first), bodies_.name(hit.second)});
   }

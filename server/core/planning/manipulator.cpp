@@ -8,32 +8,28 @@ namespace {
 
 constexpr PruneEffort kPruneEffort;
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
 }  // namespace
 
-const std::string& Manipulator::toolLink() const {
-  return model->links[at(arm_model->tool_link)].name;
-}
+const std::string& Manipulator::toolLink() const { return model->links[arm_model->tool_link].name; }
 
 ArmVector Manipulator::armOf(const RobotVector& q) const {
   ArmVector q_arm(static_cast<Eigen::Index>(arm_model->dofs.size()));
   for (std::size_t i = 0; i < arm_model->dofs.size(); ++i) {
-    q_arm[static_cast<Eigen::Index>(i)] = q[arm_model->dofs[i]];
+    q_arm[static_cast<Eigen::Index>(i)] = q[arm_model->dofs[i].value()];
   }
   return q_arm;
 }
 
 RobotVector Manipulator::withArm(RobotVector q, const ArmVector& q_arm) const {
   for (std::size_t i = 0; i < arm_model->dofs.size(); ++i) {
-    q[arm_model->dofs[i]] = q_arm[static_cast<Eigen::Index>(i)];
+    q[arm_model->dofs[i].value()] = q_arm[static_cast<Eigen::Index>(i)];
   }
   return q;
 }
 
 RobotVector Manipulator::withFingers(RobotVector q, const Eigen::VectorXd& q_fingers) const {
   for (std::size_t i = 0; i < hand->dofs.size(); ++i) {
-    q[hand->dofs[i]] = q_fingers[static_cast<Eigen::Index>(i)];
+    q[hand->dofs[i].value()] = q_fingers[static_cast<Eigen::Index>(i)];
   }
   return q;
 }
@@ -41,7 +37,7 @@ RobotVector Manipulator::withFingers(RobotVector q, const Eigen::VectorXd& q_fin
 Eigen::VectorXd Manipulator::fingersOf(const RobotVector& q) const {
   Eigen::VectorXd q_fingers(static_cast<Eigen::Index>(hand->dofs.size()));
   for (std::size_t i = 0; i < hand->dofs.size(); ++i) {
-    q_fingers[static_cast<Eigen::Index>(i)] = q[hand->dofs[i]];
+    q_fingers[static_cast<Eigen::Index>(i)] = q[hand->dofs[i].value()];
   }
   return q_fingers;
 }
@@ -69,44 +65,44 @@ double travelTime(const Manipulator& manipulator, const ArmVector& from, const A
   return ((to - from).cwiseAbs().array() / manipulator.kinematics->velocity().array()).maxCoeff();
 }
 
-Manipulator makeManipulator(const TransportProblem& problem, int robot, int arm) {
-  const RobotResources& resources = problem.resources[at(robot)];
+Manipulator makeManipulator(const TransportProblem& problem, RobotId robot, ArmId arm) {
+  const RobotResources& resources = problem.resources[robot];
   Manipulator it;
   it.robot = robot;
   it.arm = arm;
-  it.placed = &problem.scene->robots[at(robot)];
+  it.placed = &problem.scene->robots[robot];
   it.model = it.placed->model.get();
-  it.arm_model = &it.model->arms[at(arm)];
-  it.hand = &it.model->hands[at(it.arm_model->hand)];
-  it.kinematics = resources.kinematics[at(arm)].get();
-  it.grasps = resources.grasps[at(arm)].get();
-  it.map.map = resources.maps[at(arm)].get();
+  it.arm_model = &it.model->arms[arm];
+  it.hand = &it.model->hands[it.arm_model->hand];
+  it.kinematics = resources.kinematics[arm].get();
+  it.grasps = resources.grasps[arm].get();
+  it.map.map = resources.maps[arm].get();
   std::vector<Pose> X_WL;
   linkPoses(*it.model, it.placed->X_WB, it.placed->q_start, X_WL);
-  it.map.X_WA = X_WL[at(it.arm_model->base_link)];
+  it.map.X_WA = X_WL[it.arm_model->base_link];
   it.map.p_WShoulder = it.map.X_WA * it.kinematics->shoulder();
-  for (const int link : it.hand->links) {
+  for (const LinkId link : it.hand->links) {
     const BodyId body = problem.collision->linkBody(robot, link);
-    if (body >= 0) it.hand_bodies.push_back(body);
+    if (body.valid()) it.hand_bodies.push_back(body);
   }
   return it;
 }
 
-std::optional<Unfit> unfitReason(const TransportProblem& problem, int robot, int arm) {
-  const SceneRobot& placed = problem.scene->robots[at(robot)];
-  const Arm& arm_model = placed.model->arms[at(arm)];
-  if (arm_model.hand < 0) return Unfit{Cause::kNoGripper, {}};
-  std::vector<int> dofs = arm_model.dofs;
-  const auto& fingers = placed.model->hands[at(arm_model.hand)].dofs;
+std::optional<Unfit> unfitReason(const TransportProblem& problem, RobotId robot, ArmId arm) {
+  const SceneRobot& placed = problem.scene->robots[robot];
+  const Arm& arm_model = placed.model->arms[arm];
+  if (!arm_model.hand.valid()) return Unfit{Cause::kNoGripper, {}};
+  std::vector<DofId> dofs = arm_model.dofs;
+  const auto& fingers = placed.model->hands[arm_model.hand].dofs;
   dofs.insert(dofs.end(), fingers.begin(), fingers.end());
-  const std::vector<int> moved = placed.model->linksMovedBy(dofs);
+  const std::vector<LinkId> moved = placed.model->linksMovedBy(dofs);
   for (const auto& object : problem.scene->objects) {
     if (object.attached_to && object.attached_to->robot == robot &&
         std::binary_search(moved.begin(), moved.end(), object.attached_to->link)) {
       return Unfit{Cause::kHoldsObject, object.name};
     }
   }
-  const auto& grasps = problem.resources[at(robot)].grasps[at(arm)];
+  const auto& grasps = problem.resources[robot].grasps[arm];
   if (!grasps || grasps->grasps.empty()) return Unfit{Cause::kNoGrasps, {}};
   return std::nullopt;
 }

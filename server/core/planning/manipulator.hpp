@@ -13,8 +13,8 @@ namespace handover {
 
 /// Points into the problem and its scene, which outlive it.
 struct Manipulator {
-  int robot = -1;  ///< index in Scene::robots
-  int arm = -1;    ///< index in RobotModel::arms
+  RobotId robot;  ///< of the scene
+  ArmId arm;      ///< of the robot
   const SceneRobot* placed = nullptr;
   const RobotModel* model = nullptr;
   const Arm* arm_model = nullptr;
@@ -61,7 +61,7 @@ struct Manipulator {
 double travelTime(const Manipulator& manipulator, const ArmVector& from, const ArmVector& to);
 
 /// One arm of a scene's robot. @pre indices are valid; the arm has a hand.
-Manipulator makeManipulator(const TransportProblem& problem, int robot, int arm);
+Manipulator makeManipulator(const TransportProblem& problem, RobotId robot, ArmId arm);
 
 /// Why an arm cannot take part at all: kHoldsObject, kNoGripper or kNoGrasps.
 struct Unfit {
@@ -70,6 +70,6 @@ struct Unfit {
 };
 
 /// nullopt if it can.
-std::optional<Unfit> unfitReason(const TransportProblem& problem, int robot, int arm);
+std::optional<Unfit> unfitReason(const TransportProblem& problem, RobotId robot, ArmId arm);
 
 }  // namespace handover

@@ -69,10 +69,8 @@ std::vector<Hold> holdsAt(const TransportProblem& problem, const TransportPath& 
   }
   for (const SceneObject& object : problem.scene->objects) {
     if (!object.attached_to || object.name == problem.task.object) continue;
-    const SceneRobot& robot =
-        problem.scene->robots[static_cast<std::size_t>(object.attached_to->robot)];
-    holds.push_back({object.name, robot.name,
-                     robot.model->links[static_cast<std::size_t>(object.attached_to->link)].name,
+    const SceneRobot& robot = problem.scene->robots[object.attached_to->robot];
+    holds.push_back({object.name, robot.name, robot.model->links[object.attached_to->link].name,
                      toValue(object.attached_to->X_LO)});
   }
   return holds;
@@ -91,17 +89,15 @@ std::vector<std::vector<double>> plain(const std::vector<Eigen::VectorXd>& rows)
 std::vector<std::string> jointNames(const TimedStage& timed) {
   const RobotModel& model = *timed.stage->mover->model;
   std::vector<std::string> names;
-  for (const int dof : timed.dofs) {
-    const auto joint = static_cast<std::size_t>(model.dof_joints[static_cast<std::size_t>(dof)]);
+  for (const DofId dof : timed.dofs) {
+    const JointId joint = model.dof_joints[dof];
     names.push_back(model.joints[joint].name);
   }
   return names;
 }
 
 GripperSnapshot gripperOf(const Manipulator& arm) {
-  const auto linkName = [&](int link) {
-    return arm.model->links[static_cast<std::size_t>(link)].name;
-  };
+  const auto linkName = [&](LinkId link) { return arm.model->links[link].name; };
   if (arm.hand->suction) {
     const Suction& suction = *arm.hand->suction;
     return SuctionGripper{linkName(suction.cup_link),
@@ -109,7 +105,7 @@ GripperSnapshot gripperOf(const Manipulator& arm) {
                           suction.radius};
   }
   FingerGripper fingers{linkName(arm.hand->palm_link), {}};
-  for (const int link : arm.hand->links) {
+  for (const LinkId link : arm.hand->links) {
     if (link != arm.hand->palm_link) fingers.finger_links.push_back(linkName(link));
   }
   return fingers;

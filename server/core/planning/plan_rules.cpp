@@ -87,12 +87,10 @@ class PlanReplay {
 
   bool findArms() {
     for (const Holder& holder : plan_.solution.holders) {
-      const int robot = problem_.scene->findRobot(holder.arm.robot);
-      const int arm = robot < 0
-                          ? -1
-                          : problem_.scene->robots[static_cast<std::size_t>(robot)].model->findArm(
-                                holder.arm.arm);
-      if (arm < 0) {
+      const RobotId robot = problem_.scene->findRobot(holder.arm.robot);
+      const ArmId arm =
+          robot.valid() ? problem_.scene->robots[robot].model->findArm(holder.arm.arm) : ArmId();
+      if (!arm.valid()) {
         tell("unknown holder " + holder.arm.robot + "/" + holder.arm.arm);
         return false;
       }
@@ -116,14 +114,14 @@ class PlanReplay {
         tell(i, "is not the stage that the chain has there");
         return false;
       }
-      std::vector<int> dofs;
+      std::vector<DofId> dofs;
       for (const std::string& name : stage.joints) {
-        const int joint = armOf(i).model->findJoint(name);
-        if (joint < 0 || armOf(i).model->joints[static_cast<std::size_t>(joint)].mimic) {
+        const JointId joint = armOf(i).model->findJoint(name);
+        if (!joint.valid() || armOf(i).model->joints[joint].mimic) {
           tell(i, "names joint " + name);
           return false;
         }
-        dofs.push_back(armOf(i).model->joints[static_cast<std::size_t>(joint)].dof);
+        dofs.push_back(armOf(i).model->joints[joint].dof);
       }
       dofs_.push_back(std::move(dofs));
     }
@@ -154,8 +152,7 @@ class PlanReplay {
     const StageTrajectory& stage = at(i);
     for (std::size_t j = 0; j < dofs_[i].size(); ++j) {
       const RobotModel& model = *armOf(i).model;
-      const Joint& joint = model.joints[static_cast<std::size_t>(
-          model.dof_joints[static_cast<std::size_t>(dofs_[i][j])])];
+      const Joint& joint = model.joints[model.dof_joints[dofs_[i][j]]];
       for (std::size_t s = 1; s < stage.t.size(); ++s) {
         const auto state = [&](std::size_t k) {
           return JointState{stage.q[k][j], stage.qd[k][j], stage.qdd[k][j]};
@@ -213,9 +210,9 @@ class PlanReplay {
     } else if (!atRest(stage, 0)) {
       tell(i, "does not start at rest");
     } else {
-      const RobotVector& q = q_[static_cast<std::size_t>(armOf(i).robot)];
+      const RobotVector& q = q_[armOf(i).robot];
       for (std::size_t j = 0; j < stage.joints.size(); ++j) {
-        if (std::abs(stage.q[0][j] - q[dofs_[i][j]]) > kSamePosition) {
+        if (std::abs(stage.q[0][j] - q[dofs_[i][j].value()]) > kSamePosition) {
           tell(i, stage.joints[j] + " does not start where it stopped");
         }
       }
@@ -225,13 +222,13 @@ class PlanReplay {
   }
 
   void set(std::size_t i, const std::vector<double>& q) {
-    RobotVector& all = q_[static_cast<std::size_t>(armOf(i).robot)];
-    for (std::size_t j = 0; j < q.size(); ++j) all[dofs_[i][j]] = q[j];
+    RobotVector& all = q_[armOf(i).robot];
+    for (std::size_t j = 0; j < q.size(); ++j) all[dofs_[i][j].value()] = q[j];
   }
 
   Pose toolPose(std::size_t i) const {
     const Manipulator& arm = armOf(i);
-    return arm.toolPose(arm.armOf(q_[static_cast<std::size_t>(arm.robot)]));
+    return arm.toolPose(arm.armOf(q_[arm.robot]));
   }
 
   /// Where the stage's hand would have the object.
@@ -262,7 +259,7 @@ class PlanReplay {
   void checkOpening(std::size_t i) {
     const Manipulator& arm = armOf(i);
     const Holder& holder = plan_.solution.holders[stages_[i].holder];
-    const Eigen::VectorXd fingers = arm.fingersOf(q_[static_cast<std::size_t>(arm.robot)]);
+    const Eigen::VectorXd fingers = arm.fingersOf(q_[arm.robot]);
     if (fingers.size() > 0 &&
         (fingers - arm.grasp(static_cast<int>(holder.grasp)).open).cwiseAbs().maxCoeff() >
             kJoined) {
@@ -276,9 +273,8 @@ class PlanReplay {
     if (arm.hand->suction) return;  // the tool's pose is all of it, see "the object jumps"
     const Holder& holder = plan_.solution.holders[stages_[i].holder];
     const Grasp& grasp = arm.grasp(static_cast<int>(holder.grasp));
-    const auto robot = static_cast<std::size_t>(arm.robot);
     std::vector<Pose> X_WL;
-    linkPoses(*arm.model, arm.placed->X_WB, q_[robot], X_WL);
+    linkPoses(*arm.model, arm.placed->X_WB, q_[arm.robot], X_WL);
     world_.reset();
     world_.setRobot(arm.robot, X_WL);
     const BodyId object =
@@ -286,9 +282,9 @@ class PlanReplay {
     world_.setPose(object, X_WO_);
     std::vector<const GraspContact*> held;
     for (const GraspContact& contact : grasp.contacts) {
-      const int link = arm.model->findLink(contact.link);
-      const BodyId body = link < 0 ? -1 : problem_.collision->linkBody(arm.robot, link);
-      if (body >= 0 && world_.distance(body, object, kGripDistance)) held.push_back(&contact);
+      const LinkId link = arm.model->findLink(contact.link);
+      const BodyId body = link.valid() ? problem_.collision->linkBody(arm.robot, link) : BodyId();
+      if (body.valid() && world_.distance(body, object, kGripDistance)) held.push_back(&contact);
     }
     const auto opposed = [](const GraspContact* a, const GraspContact* b) {
       return a->link != b->link && a->n_O.dot(b->n_O) < kOpposed;
@@ -304,8 +300,7 @@ class PlanReplay {
   void checkDexterity(std::size_t i, double claimed) {
     const Manipulator& arm = armOf(i);
     if (arm.kinematics->dofs() < 6) return;
-    const double is =
-        arm.kinematics->manipulability(arm.armOf(q_[static_cast<std::size_t>(arm.robot)]));
+    const double is = arm.kinematics->manipulability(arm.armOf(q_[arm.robot]));
     if (std::abs(is - claimed) > kClaim * is) tell(i, "the dexterity is another one");
   }
 
@@ -382,7 +377,7 @@ class PlanReplay {
 
   void checkOrder() {
     std::vector<int> arms;
-    for (const Manipulator& arm : arms_) arms.push_back(1024 * arm.robot + arm.arm);
+    for (const Manipulator& arm : arms_) arms.push_back(1024 * arm.robot.value() + arm.arm.value());
     for (std::size_t i = 0; i < stages_.size(); ++i) {
       for (const StageProgress& edge : at(i).after) {
         if (edge.stage >= stages_.size() ||
@@ -416,10 +411,10 @@ class PlanReplay {
   const TransportPlan& plan_;
   CollisionWorld& world_;
   std::vector<TaskStage> stages_;
-  std::vector<Manipulator> arms_;       ///< by holder
-  std::vector<Pose> X_TO_;              ///< by holder
-  std::vector<std::vector<int>> dofs_;  ///< by stage
-  std::vector<RobotVector> q_;          ///< by robot, where the replay is
+  std::vector<Manipulator> arms_;         ///< by holder
+  std::vector<Pose> X_TO_;                ///< by holder
+  std::vector<std::vector<DofId>> dofs_;  ///< by stage
+  std::vector<RobotVector> q_;            ///< by robot, where the replay is
   Pose X_WO_;
   std::map<std::pair<std::size_t, std::size_t>, double> waits_;
   std::vector<std::string> broken_;

@@ -38,12 +38,12 @@ class SceneChecker {
   std::optional<Failed> checkStanding() {
     std::vector<BodyId> bodies;
     std::vector<bool> moves(static_cast<std::size_t>(bodies_.bodies()));
-    for (int robot = 0; robot < static_cast<int>(scene_.robots.size()); ++robot) {
+    for (const RobotId robot : IdRange<RobotId>(scene_.robots.size())) {
       addMoving(robot, bodies);
     }
-    for (const BodyId body : bodies) moves[static_cast<std::size_t>(body)] = true;
-    for (BodyId body = 0; body < bodies_.bodies(); ++body) {
-      if (!moves[static_cast<std::size_t>(body)] && body != object_) bodies.push_back(body);
+    for (const BodyId body : bodies) moves[body] = true;
+    for (const BodyId body : IdRange<BodyId>(bodies_.bodies())) {
+      if (!moves[body] && body != object_) bodies.push_back(body);
     }
     BodyPairs allowed(bodies_.bodies());
     for (const BodyId body : bodies) allowed.insert(body, object_);
@@ -51,8 +51,7 @@ class SceneChecker {
     world_.setPose(object_, problem_.task.X_WO_start);
     auto contacts = world_.contacts(world_.makePairs(bodies, allowed));
     std::erase_if(contacts, [&](const BodyContact& contact) {
-      return !moves[static_cast<std::size_t>(contact.a)] &&
-             !moves[static_cast<std::size_t>(contact.b)] && contact.depth <= kFlush;
+      return !moves[contact.a] && !moves[contact.b] && contact.depth <= kFlush;
     });
     return failureOf(contacts, FailureReason::kStartInCollision, "start", "At the start");
   }
@@ -69,11 +68,11 @@ class SceneChecker {
   /// O where a hand is to hold it in the end, against all but arms, which can move away.
   std::optional<Failed> checkHeldGoal() {
     BodyPairs allowed(bodies_.bodies());
-    for (int robot = 0; robot < static_cast<int>(scene_.robots.size()); ++robot) {
-      const RobotModel& model = *scene_.robots[static_cast<std::size_t>(robot)].model;
-      for (int arm = 0; arm < static_cast<int>(model.arms.size()); ++arm) {
+    for (const RobotId robot : IdRange<RobotId>(scene_.robots.size())) {
+      const RobotModel& model = *scene_.robots[robot].model;
+      for (const ArmId arm : IdRange<ArmId>(model.arms.size())) {
         if (unfitReason(problem_, robot, arm)) continue;
-        const auto& dofs = model.arms[static_cast<std::size_t>(arm)].dofs;
+        const auto& dofs = model.arms[arm].dofs;
         allowed.insert(bodies_.linkBodies(robot, model.linksMovedBy(dofs)), {object_});
       }
     }
@@ -99,7 +98,7 @@ class SceneChecker {
     std::vector<std::string> below;
     for (const BodyContact& contact : overlapping(contactsAt(moved(X_WO, -kLowered), none))) {
       const BodyId other = contact.a == object_ ? contact.b : contact.a;
-      if (bodies_.robotOf(other) < 0) below.push_back(bodies_.name(other));
+      if (!bodies_.robotOf(other).valid()) below.push_back(bodies_.name(other));
     }
     std::sort(below.begin(), below.end());
     if (!rest.objects) rest.objects = below;
@@ -111,9 +110,9 @@ class SceneChecker {
   }
 
  private:
-  void addMoving(int robot, std::vector<BodyId>& moving) const {
-    const RobotModel& model = *scene_.robots[static_cast<std::size_t>(robot)].model;
-    std::vector<int> dofs;
+  void addMoving(RobotId robot, std::vector<BodyId>& moving) const {
+    const RobotModel& model = *scene_.robots[robot].model;
+    std::vector<DofId> dofs;
     for (const Arm& arm : model.arms) dofs.insert(dofs.end(), arm.dofs.begin(), arm.dofs.end());
     for (const Hand& hand : model.hands) {
       dofs.insert(dofs.end(), hand.dofs.begin(), hand.dofs.end());

@@ -20,7 +20,7 @@ struct Block {
   std::size_t first = 0, end = 0;  ///< stages
   const Manipulator* mover = nullptr;
   bool carries = false;
-  std::vector<int> dofs;
+  std::vector<DofId> dofs;
   TimedPath path;
   double start = 0;
 
@@ -30,7 +30,7 @@ struct Block {
 bool shareJoints(const Block& a, const Block& b) {
   if (a.mover->robot != b.mover->robot) return false;
   if (a.mover->sameArm(*b.mover)) return true;
-  return std::any_of(a.dofs.begin(), a.dofs.end(), [&](int dof) {
+  return std::any_of(a.dofs.begin(), a.dofs.end(), [&](DofId dof) {
     return std::find(b.dofs.begin(), b.dofs.end(), dof) != b.dofs.end();
   });
 }
@@ -74,7 +74,7 @@ class Scheduler {
       const Manipulator& arm = *stage.stage->mover;
       const std::size_t holder = stage.stage->stage.holder;
       if (arms_.size() <= holder) arms_.resize(holder + 1);
-      arms_[holder] = arm.robot * kMostArms + arm.arm;
+      arms_[holder] = arm.robot.value() * kMostArms + arm.arm.value();
     }
   }
 

@@ -31,14 +31,13 @@ constexpr double kLeastRetreat = 0.006;
 constexpr double kLook = 0.001;  // between looks for the clear distance [s]
 constexpr double kLookExact = 1e-6;
 
-TimingLimits limitsOf(const RobotModel& model, const std::vector<int>& dofs) {
+TimingLimits limitsOf(const RobotModel& model, const std::vector<DofId>& dofs) {
   const auto size = static_cast<Eigen::Index>(dofs.size());
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(size);
   TimingLimits limits{zero, zero, zero, zero, zero};
   for (Eigen::Index i = 0; i < size; ++i) {
-    const int dof = dofs[static_cast<std::size_t>(i)];
-    const Joint& joint =
-        model.joints[static_cast<std::size_t>(model.dof_joints[static_cast<std::size_t>(dof)])];
+    const DofId dof = dofs[static_cast<std::size_t>(i)];
+    const Joint& joint = model.joints[model.dof_joints[dof]];
     limits.lower[i] = joint.lower;
     limits.upper[i] = joint.upper;
     limits.velocity[i] = joint.velocity;
@@ -156,9 +155,9 @@ class BlockTimer {
     return {&stages_.front(), {}, std::move(path), 0, false};
   }
 
-  static std::vector<int> dofsOf(const StagePath& stage, bool with_fingers) {
-    std::vector<int> dofs = stage.dofs;
-    const std::vector<int>& fingers = stage.mover->hand->dofs;
+  static std::vector<DofId> dofsOf(const StagePath& stage, bool with_fingers) {
+    std::vector<DofId> dofs = stage.dofs;
+    const std::vector<DofId>& fingers = stage.mover->hand->dofs;
     if (with_fingers) dofs.insert(dofs.end(), fingers.begin(), fingers.end());
     return dofs;
   }
@@ -170,7 +169,7 @@ class BlockTimer {
   }
 
   std::optional<TimedStage> timeAlone(const StagePath& stage) {
-    const std::vector<int> dofs = dofsOf(stage, stage.fingers.has_value());
+    const std::vector<DofId> dofs = dofsOf(stage, stage.fingers.has_value());
     const Polyline line = lineOf(stage);
     const TimingLimits limits = limitsOf(*stage.mover->model, dofs);
     for (const double blend : kBlends) {
@@ -195,7 +194,7 @@ class BlockTimer {
         lines.push_back(withFingers(stage.waypoints, {rest, rest}, finger_part_));
       }
     }
-    const std::vector<int> dofs = dofsOf(stages_.front(), has_fingers_);
+    const std::vector<DofId> dofs = dofsOf(stages_.front(), has_fingers_);
     const auto joined =
         parameterizeJoined(lines, limitsOf(*stages_.front().mover->model, dofs), settingsOf(blend));
     if (!joined) return std::nullopt;
@@ -223,7 +222,7 @@ class BlockTimer {
 
   /// The curve of one of joined stages; nullopt if its fingers still move at its end.
   static std::optional<TimedStage> pieceOf(const StagePath& stage, TimedPath path,
-                                           const std::vector<int>& dofs) {
+                                           const std::vector<DofId>& dofs) {
     const auto arm = static_cast<Eigen::Index>(stage.dofs.size());
     if (path.q.front().size() == arm) return TimedStage{&stage, dofs, std::move(path), 0, false};
     if (!stage.fingers) return TimedStage{&stage, stage.dofs, head(path, arm), 0, false};

@@ -13,7 +13,7 @@ namespace handover {
 /// A stage timed by itself.
 struct TimedStage {
   const StagePath* stage = nullptr;
-  std::vector<int> dofs;  ///< as the path lists them: the stage's, then its fingers'
+  std::vector<DofId> dofs;  ///< as the path lists them: the stage's, then its fingers'
   TimedPath path;
   /// Of a retreat: when the tool's origin is kClearDistance away for the first time [s], to 1 us.
   double clear = 0;

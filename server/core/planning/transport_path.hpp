@@ -19,7 +19,7 @@ struct FingerMotion {
 struct StagePath {
   TaskStage stage;
   const Manipulator* mover = nullptr;
-  std::vector<int> dofs;  ///< of the mover's robot, as the waypoints list them
+  std::vector<DofId> dofs;  ///< of the mover's robot, as the waypoints list them
   std::vector<Eigen::VectorXd> waypoints;
   std::optional<FingerMotion> fingers;  ///< of a reach
   CellState state;                      ///< everything as the stage begins

@@ -12,15 +12,15 @@ namespace {
 
 constexpr double kTolerance = 1e-6;  // m, rad
 
-int parentOf(const RobotModel& model, int link) {
-  const int joint = model.links[static_cast<std::size_t>(link)].parent_joint;
-  return joint < 0 ? -1 : model.joints[static_cast<std::size_t>(joint)].parent_link;
+LinkId parentOf(const RobotModel& model, LinkId link) {
+  const JointId joint = model.links[link].parent_joint;
+  return joint.valid() ? model.joints[joint].parent_link : LinkId();
 }
 
 /// The last link that both hang from. Parents have lower indices.
-int commonLink(const RobotModel& model, int a, int b) {
+LinkId commonLink(const RobotModel& model, LinkId a, LinkId b) {
   while (a != b) {
-    int& later = a > b ? a : b;
+    LinkId& later = a > b ? a : b;
     later = parentOf(model, later);
   }
   return a;
@@ -40,16 +40,16 @@ struct Chain {
   Eigen::Vector3d tool, approach;
 };
 
-Chain chainOf(const RobotModel& model, const Arm& arm, int common, RobotVector q) {
-  for (const int dof : arm.dofs) q[dof] = 0;
+Chain chainOf(const RobotModel& model, const Arm& arm, LinkId common, RobotVector q) {
+  for (const DofId dof : arm.dofs) q[dof.value()] = 0;
   std::vector<Pose> X_WL;
   linkPoses(model, Pose::Identity(), q, X_WL);
-  const Pose X_CW = X_WL[static_cast<std::size_t>(common)].inverse();
-  const auto pose = [&](int link) { return X_CW * X_WL[static_cast<std::size_t>(link)]; };
+  const Pose X_CW = X_WL[common].inverse();
+  const auto pose = [&](LinkId link) { return X_CW * X_WL[link]; };
   Chain chain;
   chain.X_CA = pose(arm.base_link);
-  for (const int index : arm.joints) {
-    const Joint& joint = model.joints[static_cast<std::size_t>(index)];
+  for (const JointId index : arm.joints) {
+    const Joint& joint = model.joints[index];
     const Pose X_CJ = pose(joint.parent_link) * joint.X_PJ;
     chain.axes.push_back({joint.type, X_CJ.translation(), X_CJ.linear() * joint.axis, joint.lower,
                           joint.upper, joint.name});
@@ -118,10 +118,11 @@ Comparison compareIn(const Eigen::Matrix3d& M, const Chain& from, const Chain& t
 
 }  // namespace
 
-Result<ArmMirror> findArmMirror(const RobotModel& model, int from, int to, const RobotVector& q) {
-  const Arm& first = model.arms.at(static_cast<std::size_t>(from));
-  const Arm& second = model.arms.at(static_cast<std::size_t>(to));
-  const int common = commonLink(model, first.base_link, second.base_link);
+Result<ArmMirror> findArmMirror(const RobotModel& model, ArmId from, ArmId to,
+                                const RobotVector& q) {
+  const Arm& first = model.arms.at(from);
+  const Arm& second = model.arms.at(to);
+  const LinkId common = commonLink(model, first.base_link, second.base_link);
   const Chain a = chainOf(model, first, common, q), b = chainOf(model, second, common, q);
   Comparison nearest;
   for (int axis = 1; axis < 4; ++axis) {  // y first: robots look along x

@@ -29,6 +29,7 @@ struct ArmMirror {
 /// `q`. What the map does not use does not count: shapes, the tool's turn about its approach axis.
 /// @return kNotFound with what differs (in the plane where most agrees) when there is none.
 /// @throws std::out_of_range for an arm that does not exist.
-Result<ArmMirror> findArmMirror(const RobotModel& model, int from, int to, const RobotVector& q);
+Result<ArmMirror> findArmMirror(const RobotModel& model, ArmId from, ArmId to,
+                                const RobotVector& q);
 
 }  // namespace handover

@@ -48,7 +48,7 @@ Result<std::vector<MapReport>> ReachabilityMap::build(
         "self-collision test each");
   }
   std::vector<ArmKinematics> arms;
-  for (int arm = 0; arm < static_cast<int>(files.size()); ++arm) arms.emplace_back(model, arm);
+  for (const ArmId arm : IdRange<ArmId>(files.size())) arms.emplace_back(model, arm);
   if (const auto fault = faultOf(arms, params)) return *fault;
 
   MapSampler sampler(model, q_torso, params, self_collision, std::move(arms));
@@ -58,7 +58,7 @@ Result<std::vector<MapReport>> ReachabilityMap::build(
     reports.push_back(sampler.report(arm));
     const MapContents contents = sampler.contents(arm);
     FileHeader header;
-    header.hash = hash(model, static_cast<int>(arm), q_torso, params);
+    header.hash = hash(model, ArmId(arm), q_torso, params);
     header.voxel = params.voxel;
     header.samples = params.samples;
     header.accepted = reports.back().accepted;

@@ -68,7 +68,7 @@ FileLayout layoutOf(std::uint64_t cells, std::uint64_t filled) {
   return layout;
 }
 
-Result<bool> writeMapFile(const fs::path& file, FileHeader header,
+Result<void> writeMapFile(const fs::path& file, FileHeader header,
                           std::span<const std::int32_t> index,
                           std::span<const ReachabilityVoxel> voxels) {
   return writeFileAtomically(file, assemble(header, index, voxels));

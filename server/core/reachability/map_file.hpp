@@ -57,7 +57,7 @@ FileLayout layoutOf(std::uint64_t cells, std::uint64_t filled);
 
 /// Fills in the sizes and the checksum and writes the file: to a temporary name beside it, synced,
 /// renamed.
-Result<bool> writeMapFile(const std::filesystem::path& file, FileHeader header,
+Result<void> writeMapFile(const std::filesystem::path& file, FileHeader header,
                           std::span<const std::int32_t> index,
                           std::span<const ReachabilityVoxel> voxels);
 

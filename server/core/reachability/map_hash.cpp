@@ -22,6 +22,11 @@ class Hasher {
 
   void add(std::int64_t number) { XXH3_64bits_update(state_.get(), &number, sizeof(number)); }
 
+  template <class Tag>
+  void add(Id<Tag> id) {
+    add(std::int64_t{id.value()});
+  }
+
   void add(double number) {
     constexpr double kMost = 9e9;  // beyond this (and for NaN) the bits themselves
     if (std::abs(number) < kMost) {
@@ -66,7 +71,7 @@ class Hasher {
   std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state_;
 };
 
-bool contains(const std::vector<int>& list, int value) {
+bool contains(const std::vector<JointId>& list, JointId value) {
   return std::find(list.begin(), list.end(), value) != list.end();
 }
 
@@ -74,9 +79,9 @@ bool contains(const std::vector<int>& list, int value) {
 /// q_torso.
 double standingPosition(const RobotModel& model, const Arm& arm, const Joint& joint,
                         const RobotVector& q_torso) {
-  double position = q_torso[joint.dof];
-  if (arm.hand >= 0) {
-    const Hand& hand = model.hands.at(static_cast<std::size_t>(arm.hand));
+  double position = q_torso[joint.dof.value()];
+  if (arm.hand.valid()) {
+    const Hand& hand = model.hands.at(arm.hand);
     const auto at = std::find(hand.dofs.begin(), hand.dofs.end(), joint.dof);
     if (at != hand.dofs.end()) position = hand.open[at - hand.dofs.begin()];
   }
@@ -87,7 +92,7 @@ double standingPosition(const RobotModel& model, const Arm& arm, const Joint& jo
 std::vector<bool> linksThatCount(const RobotModel& model, const Arm& arm) {
   std::vector<bool> counts(model.links.size(), true);
   for (const Joint& joint : model.joints) {
-    const int index = static_cast<int>(&joint - model.joints.data());
+    const JointId index(&joint - model.joints.data());
     const bool others = std::any_of(model.arms.begin(), model.arms.end(), [&](const Arm& other) {
       return contains(other.joints, index) && !contains(arm.joints, index);
     });
@@ -98,21 +103,21 @@ std::vector<bool> linksThatCount(const RobotModel& model, const Arm& arm) {
 
 /// All that decides what one arm reaches.
 void addArm(const RobotModel& model, const Arm& arm, const RobotVector& q_torso, Hasher& hasher) {
-  hasher.add(std::int64_t{arm.base_link});
-  hasher.add(std::int64_t{arm.tool_link});
+  hasher.add(arm.base_link);
+  hasher.add(arm.tool_link);
   hasher.add(arm.approach_axis);
 
   const std::vector<bool> counts = linksThatCount(model, arm);
-  for (std::size_t j = 0; j < model.joints.size(); ++j) {
+  for (const JointId j : IdRange<JointId>(model.joints.size())) {
     const Joint& joint = model.joints[j];
     if (!counts[joint.child_link]) continue;
-    hasher.add(std::int64_t{joint.parent_link});
-    hasher.add(std::int64_t{joint.child_link});
+    hasher.add(joint.parent_link);
+    hasher.add(joint.child_link);
     hasher.add(static_cast<std::int64_t>(joint.type));
     hasher.add(joint.X_PJ);
     if (joint.type == JointType::kFixed) continue;
     hasher.add(joint.axis);
-    if (contains(arm.joints, static_cast<int>(j))) {
+    if (contains(arm.joints, j)) {
       hasher.add(joint.lower);
       hasher.add(joint.upper);
     } else {
@@ -127,14 +132,14 @@ void addArm(const RobotModel& model, const Arm& arm, const RobotVector& q_torso,
   }
   for (const auto& [pair, reason] : model.disabled_pairs) {
     if (!counts[pair.first] || !counts[pair.second]) continue;
-    hasher.add(std::int64_t{pair.first});
-    hasher.add(std::int64_t{pair.second});
+    hasher.add(pair.first);
+    hasher.add(pair.second);
   }
 }
 
 }  // namespace
 
-std::uint64_t ReachabilityMap::hash(const RobotModel& model, int arm, const RobotVector& q_torso,
+std::uint64_t ReachabilityMap::hash(const RobotModel& model, ArmId arm, const RobotVector& q_torso,
                                     const ReachabilityParams& params) {
   if (q_torso.size() != model.dofs()) {
     throw std::invalid_argument("a robot of " + std::to_string(model.dofs()) +
@@ -148,7 +153,7 @@ std::uint64_t ReachabilityMap::hash(const RobotModel& model, int arm, const Robo
   hasher.add(static_cast<std::int64_t>(params.seed));
   hasher.add(static_cast<std::int64_t>(params.tie_samples));
   hasher.add(params.tie_errors);
-  hasher.add(std::int64_t{arm});
+  hasher.add(arm);
   for (const Arm& each : model.arms) addArm(model, each, q_torso, hasher);
   return hasher.digest();
 }

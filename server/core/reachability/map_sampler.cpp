@@ -125,11 +125,10 @@ MapSampler::MapSampler(const RobotModel& model, const RobotVector& q_torso,
   std::vector<Pose> X_BL;
   linkPoses(model, Pose::Identity(), q_torso, X_BL);
   for (std::size_t arm = 0; arm < arms_.size(); ++arm) {
-    seats_[arm].X_BA = X_BL[static_cast<std::size_t>(model.arms[arm].base_link)];
+    seats_[arm].X_BA = X_BL[model.arms[arm].base_link];
     for (std::size_t family = 0; family < families_.size(); ++family) {
       std::vector<Member>& members = families_[family].members;
-      const auto mirror = findArmMirror(model, static_cast<int>(members.front().arm),
-                                        static_cast<int>(arm), q_torso);
+      const auto mirror = findArmMirror(model, ArmId(members.front().arm), ArmId(arm), q_torso);
       Member image{arm, std::nullopt};
       if (mirror) image.mirror = *mirror;
       seats_[arm].why_own =

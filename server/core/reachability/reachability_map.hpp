@@ -63,7 +63,7 @@ class ReachabilityMap {
   /// @param q_torso  posture of the whole robot; its entries for arms and their hands do not
   /// matter.
   /// @throws std::invalid_argument, std::out_of_range for a posture of the wrong size, no such arm.
-  static std::uint64_t hash(const RobotModel& model, int arm, const RobotVector& q_torso,
+  static std::uint64_t hash(const RobotModel& model, ArmId arm, const RobotVector& q_torso,
                             const ReachabilityParams& params);
 
   /// Samples and writes the maps of all arms of a robot, each to a temporary name, synced, then

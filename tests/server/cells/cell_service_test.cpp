@@ -62,12 +62,11 @@ TEST(CellService, DexteritiesAreThoseOfTheConfigurationsReached) {
       if (stage.holder != holder || stage.action != action) continue;
       const ArmName& holding = solution.holders.at(holder).arm;
       const RobotModel& model = *models.at(holding.robot);
-      const int arm = model.findArm(holding.arm);
-      const auto& dofs = model.arms.at(static_cast<std::size_t>(arm)).dofs;
+      const ArmId arm = model.findArm(holding.arm);
+      const auto& dofs = model.arms.at(arm).dofs;
       ArmVector q(static_cast<Eigen::Index>(dofs.size()));
       for (std::size_t i = 0; i < dofs.size(); ++i) {
-        const auto joint =
-            static_cast<std::size_t>(model.dof_joints.at(static_cast<std::size_t>(dofs[i])));
+        const JointId joint = model.dof_joints.at(dofs[i]);
         const auto name =
             std::find(stage.joints.begin(), stage.joints.end(), model.joints.at(joint).name);
         q[static_cast<Eigen::Index>(i)] =

@@ -39,7 +39,8 @@ class PlanningStepsTest : public testing::Test {
   }
 
   TransportProblem problem_ = problemWith({});
-  int crichton_ = problem_.scene->findRobot("crichton"), hubo_ = problem_.scene->findRobot("hubo");
+  RobotId crichton_ = problem_.scene->findRobot("crichton"),
+          hubo_ = problem_.scene->findRobot("hubo");
 };
 
 TEST_F(PlanningStepsTest, SceneOfTheCellIsValidAndItsRestsAreFound) {
@@ -87,7 +88,7 @@ TEST_F(PlanningStepsTest, RestNoneWaivesTheGapButNotTheDepth) {
 }
 
 TEST_F(PlanningStepsTest, ArmThatHoldsTheTrayIsNamedSo) {
-  const ArmRanking ranking = rankArms(problem_, ChainHolder{hubo_, -1}, 1, problem_.task.X_WO_goal);
+  const ArmRanking ranking = rankArms(problem_, ChainHolder{hubo_, {}}, 1, problem_.task.X_WO_goal);
   ASSERT_EQ(ranking.scores.size(), 2u);
   ASSERT_EQ(ranking.arms.size(), 1u);
   EXPECT_EQ(ranking.scores[1].arm, (ArmName{"hubo", "right"}));
@@ -98,7 +99,8 @@ TEST_F(PlanningStepsTest, ArmThatHoldsTheTrayIsNamedSo) {
 }
 
 TEST_F(PlanningStepsTest, ArmsTheRequestLeavesOutAreExcludedOrNamedByWhatElseTheyLack) {
-  const ArmRanking ranking = rankArms(problem_, ChainHolder{hubo_, 1}, 1, problem_.task.X_WO_goal);
+  const ArmRanking ranking =
+      rankArms(problem_, ChainHolder{hubo_, ArmId(1)}, 1, problem_.task.X_WO_goal);
   EXPECT_TRUE(ranking.arms.empty());
   EXPECT_EQ(ranking.scores[0].rejected, Cause::kExcluded);
   const Failed why = explainArms(problem_, PruningPlace::kGoal, ranking);
@@ -112,13 +114,13 @@ TEST_F(PlanningStepsTest, HandsWithoutGraspsAreNoGraspNotUnreachable) {
     for (auto& grasps : robot.grasps) grasps = nullptr;
   }
   const ArmRanking ranking =
-      rankArms(problem_, ChainHolder{crichton_, -1}, 0, problem_.task.X_WO_start);
+      rankArms(problem_, ChainHolder{crichton_, {}}, 0, problem_.task.X_WO_start);
   EXPECT_EQ(explainArms(problem_, PruningPlace::kStart, ranking).reason, FailureReason::kNoGrasp);
 }
 
 TEST_F(PlanningStepsTest, NoArmOfTheRobotOnTheFarSideReaches) {
   const ArmRanking ranking =
-      rankArms(problem_, ChainHolder{hubo_, -1}, 0, problem_.task.X_WO_start);
+      rankArms(problem_, ChainHolder{hubo_, {}}, 0, problem_.task.X_WO_start);
   EXPECT_TRUE(ranking.arms.empty());
   EXPECT_EQ(ranking.scores[0].rejected, Cause::kNotInMap);
 }
@@ -129,8 +131,7 @@ class ArmMotionsTest : public PlanningStepsTest {
   ArmMotionsTest() {
     CollisionWorld world(problem_.collision);
     EXPECT_FALSE(checkScene(problem_, world, problem_.task));
-    const int arm =
-        problem_.scene->robots[static_cast<std::size_t>(crichton_)].model->findArm("right");
+    const ArmId arm = problem_.scene->robots[crichton_].model->findArm("right");
     arm_ = makeManipulator(problem_, crichton_, arm);
     motions_.emplace(problem_, std::vector<const Manipulator*>{&arm_}, world_, spare_world_,
                      deadline_);
@@ -226,7 +227,7 @@ TEST_F(ArmMotionsTest, FreePathsFromWhereTheArmTouchesAreRefused) {
 TEST(RequestTask, RefusesWhatIsNotBuiltOrContradictsThePaper) {
   PlanRequest request = butlerRequest();
   SceneTask task;
-  task.chain = {{0, -1}, {1, -1}, {0, -1}};
+  task.chain = {{RobotId(0), {}}, {RobotId(1), {}}, {RobotId(0), {}}};
   request.search = SearchWidth::kPaper;
   request.objective = Objective::kTime;
   request.slack_s = 0.1;

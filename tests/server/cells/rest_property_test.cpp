@@ -77,10 +77,10 @@ class Surroundings {
 
   static Pose worldPose(const Scene& scene, const SceneObject& object) {
     if (!object.attached_to) return object.X_WO;
-    const SceneRobot& robot = scene.robots[static_cast<std::size_t>(object.attached_to->robot)];
+    const SceneRobot& robot = scene.robots[object.attached_to->robot];
     std::vector<Pose> X_WL;
     linkPoses(*robot.model, robot.X_WB, robot.q_start, X_WL);
-    return X_WL[static_cast<std::size_t>(object.attached_to->link)] * object.attached_to->X_LO;
+    return X_WL[object.attached_to->link] * object.attached_to->X_LO;
   }
 
   std::vector<FclShape> object_;

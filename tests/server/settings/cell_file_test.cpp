@@ -33,7 +33,7 @@ TEST(Cell, ResolvesRobotsObjectsAndTasksIntoTheWorld) {
   EXPECT_EQ(scene.robots[0].model, scene.robots[1].model);
   EXPECT_EQ(scene.robots[0].q_start, Eigen::Vector3d(0.5, 0.1, 0));
   EXPECT_EQ(scene.robots[1].q_start, Eigen::Vector3d::Zero());
-  EXPECT_THAT(scene.robots[0].resting, ElementsAre(::testing::Pair(0, "floor")));
+  EXPECT_THAT(scene.robots[0].resting, ElementsAre(::testing::Pair(LinkId(0), "floor")));
 
   const SceneObject& cup = scene.objects[3];
   // 0.1 along the table's x, which a quarter turn makes the world's y.
@@ -47,7 +47,7 @@ TEST(Cell, ResolvesRobotsObjectsAndTasksIntoTheWorld) {
   const SceneObject& tray = scene.objects[2];
   ASSERT_TRUE(tray.attached_to);
   EXPECT_TRUE(tray.X_WO.translation().isApprox(Eigen::Vector3d(1.7, 0, 0.5), 1e-12));
-  EXPECT_THAT(tray.attached_to->touch_links, ElementsAre(2, 3));
+  EXPECT_THAT(tray.attached_to->touch_links, ElementsAre(LinkId(2), LinkId(3)));
 
   const SceneTask& serve = instance.tasks[0];
   EXPECT_EQ(serve.X_WO_start.matrix(), cup.X_WO.matrix());

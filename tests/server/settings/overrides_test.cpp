@@ -62,7 +62,7 @@ TEST_F(Overrides, MoveARobotWithWhatItStandsOn) {
   // The table is turned by 90 degrees; the tray is in the robot's hand.
   EXPECT_TRUE(
       instance.scene->robots[1].X_WB.translation().isApprox(Eigen::Vector3d(0.5, 2, 0.25), 1e-12));
-  const int tray = instance.scene->findObject("tray");
+  const ObjectId tray = instance.scene->findObject("tray");
   EXPECT_TRUE(instance.scene->objects[static_cast<std::size_t>(tray)].X_WO.translation().isApprox(
       Eigen::Vector3d(0.5, 2.3, 0.75), 1e-12))
       << instance.scene->objects[static_cast<std::size_t>(tray)].X_WO.translation();

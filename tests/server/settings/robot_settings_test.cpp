@@ -62,17 +62,11 @@ TEST(RobotSettings, MayLimitJerk) {
   const RobotSettings settings = read(root, with(text, "arms:", "jerk: 9\narms:"));
   EXPECT_EQ(settings.jerk, 9);
   const RobotModel model = loadRobot(settings);
-  for (const int dof : model.arms[0].dofs) {
-    EXPECT_EQ(
-        model.joints[static_cast<std::size_t>(model.dof_joints[static_cast<std::size_t>(dof)])]
-            .jerk,
-        7);
+  for (const DofId dof : model.arms[0].dofs) {
+    EXPECT_EQ(model.joints[model.dof_joints[dof]].jerk, 7);
   }
-  for (const int dof : model.hands[0].dofs) {
-    EXPECT_EQ(
-        model.joints[static_cast<std::size_t>(model.dof_joints[static_cast<std::size_t>(dof)])]
-            .jerk,
-        8);
+  for (const DofId dof : model.hands[0].dofs) {
+    EXPECT_EQ(model.joints[model.dof_joints[dof]].jerk, 8);
   }
   EXPECT_NE(model.content_hash, by_default.content_hash);
 }
@@ -93,7 +87,7 @@ TEST(RobotSettings, MayGiveAHandASuctionCup) {
   EXPECT_EQ(hand.suction->axis, Eigen::Vector3d::UnitX());
   EXPECT_EQ(hand.suction->radius, 0.02);
   EXPECT_EQ(hand.suction->engage_s, 0.3);
-  EXPECT_EQ(hand.links, std::vector<int>{model.findLink("palm")});
+  EXPECT_EQ(hand.links, std::vector<LinkId>{model.findLink("palm")});
   EXPECT_TRUE(hand.dofs.empty());
   const RobotModel wider = loadRobot(
       read(root, withCup("cup_link: palm, axis: [1, 0, 0], radius: 0.03, engage_s: 0.3")));

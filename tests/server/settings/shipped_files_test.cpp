@@ -55,7 +55,7 @@ class Butler : public ::testing::Test {
   static Pose linkInRoot(const SceneRobot& robot, const std::string& link) {
     std::vector<Pose> X_BL;
     linkPoses(*robot.model, Pose::Identity(), robot.q_start, X_BL);
-    return X_BL.at(static_cast<std::size_t>(robot.model->findLink(link)));
+    return X_BL.at(robot.model->findLink(link));
   }
 
   static Cell* cell_;
@@ -96,14 +96,12 @@ TEST_F(Butler, RobotsAccelerateAsTheyReallyDid) {
   const auto scene = apply({}).scene;
   for (const SceneRobot& robot : scene->robots) {
     const double body = robot.name == "hubo" ? 0.8 : 0.4;
-    for (std::size_t i = 0; i < robot.model->dof_joints.size(); ++i) {
-      const int dof = static_cast<int>(i);
+    for (const DofId dof : IdRange<DofId>(robot.model->dofs())) {
       const bool finger = std::any_of(
           robot.model->hands.begin(), robot.model->hands.end(), [dof](const Hand& hand) {
             return std::find(hand.dofs.begin(), hand.dofs.end(), dof) != hand.dofs.end();
           });
-      const Joint& joint =
-          robot.model->joints[static_cast<std::size_t>(robot.model->dof_joints[i])];
+      const Joint& joint = robot.model->joints[robot.model->dof_joints[dof]];
       EXPECT_EQ(joint.acceleration, finger ? 5.0 : body) << joint.name;
     }
   }

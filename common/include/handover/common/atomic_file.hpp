@@ -11,7 +11,7 @@ namespace handover {
 
 /// Writes a whole file: to a temporary name beside it, synced, renamed. Others see the old file or
 /// the new one, after a loss of power too. Makes its folder. kIo with the reason.
-Result<bool> writeFileAtomically(const std::filesystem::path& file,
+Result<void> writeFileAtomically(const std::filesystem::path& file,
                                  std::span<const std::byte> bytes);
 
 }  // namespace handover

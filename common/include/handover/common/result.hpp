@@ -2,6 +2,7 @@
 // A value or the reason why there is none, with the member names of std::expected.
 #pragma once
 
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -75,6 +76,27 @@ class [[nodiscard]] Result {
 
  private:
   std::variant<T, Error> state_;
+};
+
+/// Done, or the reason why not.
+template <>
+class [[nodiscard]] Result<void> {
+ public:
+  Result() = default;  ///< done
+
+  Result(Error error) : error_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
+
+  Result(ErrorCode code, std::string detail) : error_(Error{code, std::move(detail)}) {}
+
+  bool has_value() const { return !error_.has_value(); }
+
+  explicit operator bool() const { return has_value(); }
+
+  /// @pre !has_value().
+  const Error& error() const { return *error_; }
+
+ private:
+  std::optional<Error> error_;
 };
 
 }  // namespace handover

@@ -29,7 +29,7 @@ SceneObject wall(double face) {
 
 class CollisionProof : public testing::Test {
  protected:
-  CollisionProof() : groups_(*robot_.model, {0, 1}) {
+  CollisionProof() : groups_(*robot_.model, {DofId(0), DofId(1)}) {
     std::vector<Pose> X_WL;
     linkPoses(*robot_.model, Pose::Identity(), Eigen::Vector2d::Zero(), X_WL);
     groups_.setPosture(*robot_.model, X_WL);
@@ -116,7 +116,7 @@ TEST_F(CollisionProof, HalvingProvesTheWholeMotionUpToTheClearance) {
     scene.robots = {robot_};
     scene.objects = {wall(face)};
     CollisionWorld world(std::make_shared<const CollisionScene>(scene));
-    StateChecker checker(world, {world.scene(), 0, {0, 1}});
+    StateChecker checker(world, {world.scene(), RobotId(0), {DofId(0), DofId(1)}});
     EXPECT_EQ(checker.isMotionFree(motion), free) << face;
   }
 }

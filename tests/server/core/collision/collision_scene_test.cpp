@@ -19,7 +19,7 @@ class Standing {
 
  private:
   BodyId body(const std::string& name) const {
-    for (BodyId id = 0; id < scene_.bodies(); ++id) {
+    for (const BodyId id : IdRange<BodyId>(scene_.bodies())) {
       if (scene_.name(id) == name) return id;
     }
     throw std::invalid_argument(name);
@@ -31,14 +31,15 @@ class Standing {
 TEST(CollisionScene, EveryLinkWithShapesAndEveryObjectIsABody) {
   Scene scene = twoArmScene();
   auto model = std::make_shared<RobotModel>(*scene.robots[0].model);
-  model->links[static_cast<std::size_t>(model->findLink("head"))].collision.clear();
+  model->links[model->findLink("head")].collision.clear();
   scene.robots[0].model = model;
   scene.objects.push_back(boxObject("cup", {0.1, 0.1, 0.1}, {2, 0, 0}));
   const CollisionScene world(scene);
   EXPECT_EQ(world.bodies(), static_cast<int>(model->links.size()));
-  EXPECT_EQ(world.linkBody(0, model->findLink("head")), -1);
-  EXPECT_EQ(world.name(world.linkBody(0, model->findLink("left_palm"))), "two_arms/left_palm");
-  EXPECT_EQ(world.name(world.objectBody(0)), "cup");
+  EXPECT_FALSE(world.linkBody(RobotId(0), model->findLink("head")).valid());
+  EXPECT_EQ(world.name(world.linkBody(RobotId(0), model->findLink("left_palm"))),
+            "two_arms/left_palm");
+  EXPECT_EQ(world.name(world.objectBody(ObjectId(0))), "cup");
 }
 
 TEST(CollisionScene, LinksJoinedByAJointStand) {
@@ -79,7 +80,7 @@ TEST(CollisionScene, AttachmentsAndRestingPairsStand) {
   scene.objects[1].resting = {"floor"};
   scene.objects.push_back(boxObject("tray", {0.1, 0.1, 0.1}, {0, 0, 0}));
   scene.objects[2].attached_to = Attachment{
-      0, model.findLink("left_palm"), Pose::Identity(), {model.findLink("left_finger_a")}};
+      RobotId(0), model.findLink("left_palm"), Pose::Identity(), {model.findLink("left_finger_a")}};
   scene.robots[0].resting = {{model.findLink("base"), "floor"}};
   const Standing standing(scene);
   EXPECT_TRUE(standing("table", "floor"));
@@ -92,7 +93,7 @@ TEST(CollisionScene, AttachmentsAndRestingPairsStand) {
 
 TEST(CollisionScene, RefusesRestingOnWhatIsNotThere) {
   Scene scene = twoArmScene();
-  scene.robots[0].resting = {{0, "moon"}};
+  scene.robots[0].resting = {{LinkId(0), "moon"}};
   EXPECT_THROW(CollisionScene{scene}, std::invalid_argument);
 }
 

@@ -28,14 +28,14 @@ class CollisionWorldTest : public testing::Test {
     scene.objects.push_back(fork);
     SceneObject tray = boxObject("tray", {0.1, 0.1, 0.02}, {0, 0, 0});
     tray.attached_to =
-        Attachment{0, scene.robots[0].model->findLink("right_palm"), at(0, 0, 0.2), {}};
+        Attachment{RobotId(0), scene.robots[0].model->findLink("right_palm"), at(0, 0, 0.2), {}};
     scene.objects.push_back(tray);
     model_ = scene.robots[0].model;
     scene_ = std::make_shared<const CollisionScene>(scene);
     world_ = std::make_unique<CollisionWorld>(scene_);
-    cube_ = scene_->objectBody(0);
-    fork_ = scene_->objectBody(1);
-    tray_ = scene_->objectBody(2);
+    cube_ = scene_->objectBody(ObjectId(0));
+    fork_ = scene_->objectBody(ObjectId(1));
+    tray_ = scene_->objectBody(ObjectId(2));
   }
 
   std::shared_ptr<const RobotModel> model_;
@@ -45,7 +45,7 @@ class CollisionWorldTest : public testing::Test {
 };
 
 TEST_F(CollisionWorldTest, ResetPutsEverythingInPlace) {
-  const BodyId palm = scene_->linkBody(0, model_->findLink("left_palm"));
+  const BodyId palm = scene_->linkBody(RobotId(0), model_->findLink("left_palm"));
   EXPECT_TRUE(world_->pose(palm).isApprox(at(0.85, 0, 0)));
   EXPECT_TRUE(world_->pose(tray_).translation().isApprox(Eigen::Vector3d(-0.85, 0, 0.2), 1e-9));
   world_->setPose(cube_, at(9, 9, 9));
@@ -58,12 +58,12 @@ TEST_F(CollisionWorldTest, AttachedObjectsFollowTheirLink) {
   q[3] = std::acos(0.0);  // the right arm, which points along -x, turned to -y
   std::vector<Pose> X_WL;
   linkPoses(*model_, Pose::Identity(), q, X_WL);
-  world_->setRobot(0, X_WL);
+  world_->setRobot(RobotId(0), X_WL);
   EXPECT_TRUE(world_->pose(tray_).translation().isApprox(Eigen::Vector3d(-0.15, -0.7, 0.2), 1e-9));
 }
 
 TEST_F(CollisionWorldTest, FindsTheTouchingPairAndItsDepth) {
-  const BodyId palm = scene_->linkBody(0, model_->findLink("left_palm"));
+  const BodyId palm = scene_->linkBody(RobotId(0), model_->findLink("left_palm"));
   const PairList pairs = world_->makePairs({cube_}, BodyPairs(scene_->bodies()));
   EXPECT_TRUE(world_->isFree(pairs));
   world_->setPose(cube_, at(0.85, 0.125, 0));  // 5 mm into the palm's side, none else
@@ -102,10 +102,10 @@ TEST_F(CollisionWorldTest, DistanceGivesUpBeyondItsLimit) {
 }
 
 TEST_F(CollisionWorldTest, MakesEachPairOnceLessStandingAllowedAndRigidOnes) {
-  const BodyId base = scene_->linkBody(0, 0);
-  const BodyId palm = scene_->linkBody(0, model_->findLink("left_palm"));
-  const BodyId finger_a = scene_->linkBody(0, model_->findLink("left_finger_a"));
-  const BodyId finger_b = scene_->linkBody(0, model_->findLink("left_finger_b"));
+  const BodyId base = scene_->linkBody(RobotId(0), LinkId(0));
+  const BodyId palm = scene_->linkBody(RobotId(0), model_->findLink("left_palm"));
+  const BodyId finger_a = scene_->linkBody(RobotId(0), model_->findLink("left_finger_a"));
+  const BodyId finger_b = scene_->linkBody(RobotId(0), model_->findLink("left_finger_b"));
   BodyPairs allowed(scene_->bodies());
   allowed.insert(finger_a, cube_);
   std::vector<int> rigid(static_cast<std::size_t>(scene_->bodies()), -1);
@@ -121,7 +121,7 @@ TEST_F(CollisionWorldTest, MakesEachPairOnceLessStandingAllowedAndRigidOnes) {
   EXPECT_EQ(has(loose, finger_a, palm), 0);
   EXPECT_EQ(has(loose, finger_a, base), 1);
   EXPECT_EQ(has(loose, finger_a, finger_a), 0);
-  rigid[static_cast<std::size_t>(finger_a)] = rigid[static_cast<std::size_t>(finger_b)] = 4;
+  rigid[finger_a] = rigid[finger_b] = 4;
   EXPECT_EQ(has(world_->makePairs({finger_a, finger_b}, allowed, rigid), finger_a, finger_b), 0);
 }
 

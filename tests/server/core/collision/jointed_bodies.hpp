@@ -44,22 +44,22 @@ inline SceneRobot chainOf(const std::string& name, const std::vector<JointedBody
                           const Eigen::Vector3d& p_WB = Eigen::Vector3d::Zero()) {
   auto model = std::make_shared<RobotModel>();
   model->name = name;
-  model->links.push_back({"base", -1, {}});
+  model->links.push_back({"base", {}, {}});
   for (const JointedBody& body : bodies) {
     Joint joint;
     joint.type = body.type;
-    joint.parent_link = static_cast<int>(model->links.size()) - 1;
-    joint.child_link = joint.parent_link + 1;
+    joint.parent_link = LinkId(model->links.size() - 1);
+    joint.child_link = LinkId(model->links.size());
     joint.X_PJ.translation() = body.p_PJ;
     joint.axis = body.axis;
     joint.lower = -4;
     joint.upper = 4;
     joint.velocity = joint.acceleration = 1;
-    joint.dof = model->dofs();
-    joint.name = "joint" + std::to_string(joint.child_link);
-    model->dof_joints.push_back(static_cast<int>(model->joints.size()));
-    model->links.push_back({"link" + std::to_string(joint.child_link),
-                            static_cast<int>(model->joints.size()), body.shapes});
+    joint.dof = DofId(model->dofs());
+    joint.name = "joint" + std::to_string(joint.child_link.value());
+    model->dof_joints.push_back(JointId(model->joints.size()));
+    model->links.push_back({"link" + std::to_string(joint.child_link.value()),
+                            JointId(model->joints.size()), body.shapes});
     model->joints.push_back(joint);
   }
   SceneRobot robot;

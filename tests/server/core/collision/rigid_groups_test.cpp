@@ -17,7 +17,7 @@ class MovingGroupsTest : public testing::Test {
   }
 
   /// The arm's two hinges and, after them, the fingers' slide with its mimic.
-  const std::vector<int> dofs_{0, 1, 2};
+  const std::vector<DofId> dofs_{DofId(0), DofId(1), DofId(2)};
   std::shared_ptr<const RobotModel> model_ = twoArmRobot();
   RigidGroups groups_{*model_, dofs_};
   std::mt19937_64 random_{7};
@@ -32,13 +32,12 @@ class MovingGroupsTest : public testing::Test {
 TEST_F(MovingGroupsTest, StandWhereTheLinksStand) {
   for (int round = 0; round < 50; ++round) {
     RobotVector q = RobotVector::Zero(model_->dofs());
-    for (const int dof : dofs_) q[dof] = in(-2, 2);
+    for (const DofId dof : dofs_) q[dof.value()] = in(-2, 2);
     std::vector<Pose> X_WL;
     linkPoses(*model_, Pose::Identity(), q, X_WL);
     groups_.place(q.head(3));
     for (int group = 0; group < groups_.size(); ++group) {
-      EXPECT_TRUE(groups_.pose(group).isApprox(
-          X_WL[static_cast<std::size_t>(groups_.linkOf(group))], 1e-12));
+      EXPECT_TRUE(groups_.pose(group).isApprox(X_WL[groups_.linkOf(group)], 1e-12));
     }
   }
   EXPECT_EQ(groups_.groupOf(model_->findLink("left_palm")),

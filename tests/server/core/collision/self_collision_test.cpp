@@ -14,21 +14,21 @@ TEST(SelfCollision, TellsNeverSometimesAndAlways) {
   Shape inside;
   inside.X_BS.translation() = Eigen::Vector3d(-0.15 - 0.35, 0, 0);
   inside.geometry = BoxShape{{0.01, 0.01, 0.01}};
-  const int base = model->findLink("base"), head = model->findLink("head");
-  const int lower = model->findLink("left_lower"), right = model->findLink("right_lower");
-  const int finger_a = model->findLink("left_finger_a"),
-            finger_b = model->findLink("left_finger_b");
+  const LinkId base = model->findLink("base"), head = model->findLink("head");
+  const LinkId lower = model->findLink("left_lower"), right = model->findLink("right_lower");
+  const LinkId finger_a = model->findLink("left_finger_a"),
+               finger_b = model->findLink("left_finger_b");
   Shape block;
   block.geometry = BoxShape{{0.2, 0.04, 0.04}};
   model->links[static_cast<std::size_t>(finger_b)].collision.push_back(block);
   model->links[static_cast<std::size_t>(finger_a)].collision.push_back(block);
 
   const std::vector<LinkPairTouch> pairs = sampleSelfCollision(*model, 500, 1);
-  const auto pattern = [&](int a, int b) {
+  const auto pattern = [&](LinkId a, LinkId b) {
     for (const LinkPairTouch& it : pairs) {
       if (it.link_a == std::min(a, b) && it.link_b == std::max(a, b)) return it.pattern;
     }
-    ADD_FAILURE() << "pair " << a << " " << b << " is missing";
+    ADD_FAILURE() << "pair " << a.value() << " " << b.value() << " is missing";
     return TouchPattern::kNever;
   };
   EXPECT_EQ(pattern(head, lower), TouchPattern::kNever);

@@ -19,18 +19,18 @@ class Builder {
  public:
   explicit Builder(RobotModel& model) : model_(model) {}
 
-  int addLink(const std::string& name, int parent, Joint joint, std::vector<Shape> shapes) {
-    const int link = static_cast<int>(model_.links.size());
+  LinkId addLink(const std::string& name, LinkId parent, Joint joint, std::vector<Shape> shapes) {
+    const LinkId link(model_.links.size());
     Link it;
     it.name = name;
     it.collision = std::move(shapes);
-    if (parent >= 0) {
+    if (parent.valid()) {
       joint.name = name + "_joint";
       joint.parent_link = parent;
       joint.child_link = link;
-      it.parent_joint = static_cast<int>(model_.joints.size());
+      it.parent_joint = JointId(model_.joints.size());
       if (joint.type != JointType::kFixed && !joint.mimic) {
-        joint.dof = model_.dofs();
+        joint.dof = DofId(model_.dofs());
         model_.dof_joints.push_back(it.parent_joint);
       }
       model_.joints.push_back(joint);
@@ -63,37 +63,36 @@ void addArm(RobotModel& model, const std::string& side, double turn) {
   Joint shoulder = joint(JointType::kRevolute, R * Eigen::Vector3d(0.15, 0, 0), z, 2.9);
   shoulder.X_PJ.linear() = R.toRotationMatrix();
   const Shape bar = boxAt({0.3, 0.04, 0.04}, {0.15, 0, 0});
-  const int upper = builder.addLink(side + "_upper", 0, shoulder, {bar});
-  const int lower = builder.addLink(side + "_lower", upper,
-                                    joint(JointType::kRevolute, {0.35, 0, 0}, z, 3.1), {bar});
-  const int palm =
+  const LinkId upper = builder.addLink(side + "_upper", LinkId(0), shoulder, {bar});
+  const LinkId lower = builder.addLink(side + "_lower", upper,
+                                       joint(JointType::kRevolute, {0.35, 0, 0}, z, 3.1), {bar});
+  const LinkId palm =
       builder.addLink(side + "_palm", lower, joint(JointType::kFixed, {0.35, 0, 0}, z, 0),
                       {boxAt({0.06, 0.16, 0.04}, {0, 0, 0})});
   const Shape finger = boxAt({0.1, 0.02, 0.04}, {0.1, 0, 0});
-  const int finger_a = builder.addLink(
+  const LinkId finger_a = builder.addLink(
       side + "_finger_a", palm, joint(JointType::kPrismatic, {0, 0.02, 0}, y, 0.05), {finger});
   Joint mimic = joint(JointType::kPrismatic, {0, -0.02, 0}, -y, 0.05);
   mimic.mimic = true;
-  mimic.dof = model.dofs() - 1;
-  const int finger_b = builder.addLink(side + "_finger_b", palm, mimic, {finger});
+  mimic.dof = DofId(model.dofs() - 1);
+  const LinkId finger_b = builder.addLink(side + "_finger_b", palm, mimic, {finger});
 
   Hand hand;
   hand.name = side + "_hand";
   hand.palm_link = palm;
   hand.finger_links = {finger_a, finger_b};
-  hand.dofs = {model.dofs() - 1};
+  hand.dofs = {mimic.dof};
   hand.fingers = {hand.dofs};
   hand.open = Eigen::VectorXd::Constant(1, 0.05);
   hand.closed = Eigen::VectorXd::Zero(1);
   hand.links = {palm, finger_a, finger_b};
   Arm arm;
   arm.name = side;
-  arm.base_link = 0;
+  arm.base_link = LinkId(0);
   arm.tool_link = palm;
-  arm.dofs = {model.dofs() - 3, model.dofs() - 2};
-  arm.joints = {model.links[static_cast<std::size_t>(upper)].parent_joint,
-                model.links[static_cast<std::size_t>(lower)].parent_joint};
-  arm.hand = static_cast<int>(model.hands.size());
+  arm.dofs = {DofId(model.dofs() - 3), DofId(model.dofs() - 2)};
+  arm.joints = {model.links[upper].parent_joint, model.links[lower].parent_joint};
+  arm.hand = HandId(model.hands.size());
   model.hands.push_back(std::move(hand));
   model.arms.push_back(std::move(arm));
 }
@@ -104,8 +103,9 @@ std::shared_ptr<RobotModel> twoArmRobot() {
   auto model = std::make_shared<RobotModel>();
   model->name = "two_arms";
   Builder builder(*model);
-  builder.addLink("base", -1, {}, {boxAt({0.2, 0.2, 0.2}, {0, 0, 0})});
-  builder.addLink("head", 0, joint(JointType::kFixed, {0, 0, 0.3}, Eigen::Vector3d::UnitZ(), 0),
+  builder.addLink("base", {}, {}, {boxAt({0.2, 0.2, 0.2}, {0, 0, 0})});
+  builder.addLink("head", LinkId(0),
+                  joint(JointType::kFixed, {0, 0, 0.3}, Eigen::Vector3d::UnitZ(), 0),
                   {boxAt({0.1, 0.1, 0.1}, {0, 0, 0})});
   addArm(*model, "left", 0);
   addArm(*model, "right", kPi);

@@ -33,7 +33,7 @@ class StateCheckerTest : public testing::Test {
     scene.objects.push_back(boxObject("post", {0.1, 0.1, 0.1}, {0.15, 0.7, 0}));
     scene.objects.push_back(boxObject("ball", {0.02, 0.02, 0.02}, {3, 3, 3}));
     SceneObject tray = boxObject("tray", {0.1, 0.1, 0.02}, {0, 0, 0});
-    tray.attached_to = Attachment{0, model_->findLink("right_palm"), at(0, 0, 0.1), {}};
+    tray.attached_to = Attachment{RobotId(0), model_->findLink("right_palm"), at(0, 0, 0.1), {}};
     scene.objects.push_back(tray);
     scene_ = std::make_shared<const CollisionScene>(scene);
     world_ = std::make_unique<CollisionWorld>(scene_);
@@ -42,10 +42,12 @@ class StateCheckerTest : public testing::Test {
   const CollisionScene& scene() const { return world_->scene(); }
 
   StateCheckerSetup setup(int arm_index) const {
-    return {scene(), 0, model_->arms[static_cast<std::size_t>(arm_index)].dofs};
+    return {scene(), RobotId(0), model_->arms[arm_index].dofs};
   }
 
-  BodyId link(const char* name) const { return scene().linkBody(0, model_->findLink(name)); }
+  BodyId link(const char* name) const {
+    return scene().linkBody(RobotId(0), model_->findLink(name));
+  }
 
   std::shared_ptr<const RobotModel> model_;
   std::shared_ptr<const CollisionScene> scene_;
@@ -57,7 +59,8 @@ TEST_F(StateCheckerTest, FindsContactWithTheWorldAndWithTheRobot) {
   EXPECT_TRUE(left.valid(arm(0, 0)));
   const auto post = left.hit(arm(kQuarter, 0));  // straight along +y through the post
   ASSERT_TRUE(post);
-  EXPECT_TRUE(post->a == scene().objectBody(0) || post->b == scene().objectBody(0));
+  EXPECT_TRUE(post->a == scene().objectBody(ObjectId(0)) ||
+              post->b == scene().objectBody(ObjectId(0)));
   // Folded back, its fingers reach into the base.
   const auto folded = left.contacts(arm(0, 3.05));
   bool base = false;
@@ -72,7 +75,7 @@ TEST_F(StateCheckerTest, LinksThatMoveAsOneAreNotTested) {
   shut.q[0][2] = -0.01;
   StateChecker left(*world_, shut);
   EXPECT_TRUE(left.valid(arm(0.3, 0)));
-  StateChecker fingers(*world_, {scene(), 0, model_->hands[0].dofs});
+  StateChecker fingers(*world_, {scene(), RobotId(0), model_->hands[0].dofs});
   EXPECT_FALSE(fingers.valid(Eigen::VectorXd::Constant(1, -0.01)));
   EXPECT_TRUE(fingers.valid(Eigen::VectorXd::Constant(1, 0.01)));
 }
@@ -88,7 +91,7 @@ TEST_F(StateCheckerTest, ItsPartsSayTogetherWhatTheWholeSays) {
   for (int round = 0; round < 2000; ++round) {
     RobotVector posture = RobotVector::Zero(model_->dofs());
     posture[2] = finger(random);  // a light change of posture: only fingers move
-    parts.setPosture(0, posture);
+    parts.setPosture(RobotId(0), posture);
     StateCheckerSetup anew = setup(0);
     anew.q[0] = posture;
     StateChecker whole(other_world, anew);
@@ -97,8 +100,7 @@ TEST_F(StateCheckerTest, ItsPartsSayTogetherWhatTheWholeSays) {
     RobotVector all = posture;
     all.head(2) = q;
     linkPoses(*model_, Pose::Identity(), all, X_WL);
-    const bool tool_touches =
-        parts.toolTouches(X_WL[static_cast<std::size_t>(with_tool.tool_link)]).has_value();
+    const bool tool_touches = parts.toolTouches(X_WL[with_tool.tool_link]).has_value();
     const bool arm_touches = parts.armTouches(q, StateChecker::ArmPart::kAll).has_value();
     EXPECT_EQ(whole.valid(q), !tool_touches && !arm_touches);
     EXPECT_EQ(parts.valid(q), whole.valid(q));
@@ -113,40 +115,42 @@ TEST_F(StateCheckerTest, ItsPartsSayTogetherWhatTheWholeSays) {
 
 TEST_F(StateCheckerTest, CarriesTheHeldObject) {
   StateCheckerSetup holding = setup(0);
-  holding.held = HeldObject{1, model_->findLink("left_palm"), at(0.1, 0, 0.12)};
+  holding.held = HeldObject{ObjectId(1), model_->findLink("left_palm"), at(0.1, 0, 0.12)};
   StateChecker left(*world_, holding);
   EXPECT_TRUE(left.valid(arm(0.5, 0)));
-  const Pose X_WO = world_->pose(scene().objectBody(1));
+  const Pose X_WO = world_->pose(scene().objectBody(ObjectId(1)));
   const Pose X_WPalm = world_->pose(link("left_palm"));
   EXPECT_TRUE(X_WO.isApprox(X_WPalm * at(0.1, 0, 0.12)));
   left.setHold(at(0, 0, 0.02));  // into the palm, with which it moves
   EXPECT_TRUE(left.valid(arm(0.5, 0)));
-  EXPECT_TRUE(world_->pose(scene().objectBody(1))
+  EXPECT_TRUE(world_->pose(scene().objectBody(ObjectId(1)))
                   .isApprox(world_->pose(link("left_palm")) * at(0, 0, 0.02)));
   // Held far out, only the object reaches the post.
   left.setHold(at(0, 0.08, 0.5));
-  left.setObject(0, at(0.85, 0.08, 0.5));
+  left.setObject(ObjectId(0), at(0.85, 0.08, 0.5));
   const auto hit = left.hit(arm(0, 0));
   ASSERT_TRUE(hit);
-  EXPECT_EQ(std::min(hit->a, hit->b), scene().objectBody(0));
-  EXPECT_EQ(std::max(hit->a, hit->b), scene().objectBody(1));
+  EXPECT_EQ(std::min(hit->a, hit->b), scene().objectBody(ObjectId(0)));
+  EXPECT_EQ(std::max(hit->a, hit->b), scene().objectBody(ObjectId(1)));
 }
 
 TEST_F(StateCheckerTest, CarriesWhatTheSceneAttaches) {
   StateChecker right(*world_, setup(1));
   ASSERT_TRUE(right.valid(arm(0.4, 0.2)));
-  EXPECT_TRUE(world_->pose(scene().objectBody(2))
+  EXPECT_TRUE(world_->pose(scene().objectBody(ObjectId(2)))
                   .isApprox(world_->pose(link("right_palm")) * at(0, 0, 0.1)));
-  right.setObject(0, at(-0.85, 0, 0.1));  // the post where the tray is at q = 0
+  right.setObject(ObjectId(0), at(-0.85, 0, 0.1));  // the post where the tray is at q = 0
   const auto hit = right.hit(arm(0, 0));
   ASSERT_TRUE(hit);
-  EXPECT_TRUE(hit->a == scene().objectBody(2) || hit->b == scene().objectBody(2));
+  EXPECT_TRUE(hit->a == scene().objectBody(ObjectId(2)) ||
+              hit->b == scene().objectBody(ObjectId(2)));
 }
 
 TEST_F(StateCheckerTest, AllowedPairsAreLeftOut) {
   StateCheckerSetup touching = setup(0);
-  const std::vector<BodyId> post{scene().objectBody(0)};
-  touching.allowed.insert(scene().linkBodies(0, model_->linksMovedBy({0, 1})), post);
+  const std::vector<BodyId> post{scene().objectBody(ObjectId(0))};
+  touching.allowed.insert(
+      scene().linkBodies(RobotId(0), model_->linksMovedBy({DofId(0), DofId(1)})), post);
   StateChecker left(*world_, touching);
   EXPECT_TRUE(left.valid(arm(kQuarter, 0)));
 }
@@ -159,10 +163,10 @@ TEST_F(StateCheckerTest, SharesItsWorldWithOthers) {
   StateChecker right(*world_, elsewhere);
   EXPECT_TRUE(left.valid(arm(0, 0)));
   EXPECT_TRUE(right.valid(arm(0, 0)));
-  EXPECT_TRUE(world_->pose(scene().objectBody(0)).isApprox(at(0.85, 0, 0)));
+  EXPECT_TRUE(world_->pose(scene().objectBody(ObjectId(0))).isApprox(at(0.85, 0, 0)));
   EXPECT_TRUE(left.valid(arm(0, 0)));  // the post is back, the right arm as well
   EXPECT_FALSE(left.valid(arm(kQuarter, 0)));
-  world_->setPose(scene().objectBody(0), at(0.85, 0, 0));
+  world_->setPose(scene().objectBody(ObjectId(0)), at(0.85, 0, 0));
   EXPECT_TRUE(left.valid(arm(0, 0)));
 }
 
@@ -173,8 +177,9 @@ TEST_F(StateCheckerTest, AgreesWithAWorldSetFromOutside) {
     scene.objects.push_back(boxObject("post", {0.1, 0.1, 0.1}, {0.15, 0.7, 0}));
     return scene;
   }()));
-  const PairList pairs = other.makePairs(other.scene().linkBodies(0, model_->linksMovedBy({0, 1})),
-                                         BodyPairs(other.scene().bodies()));
+  const PairList pairs = other.makePairs(
+      other.scene().linkBodies(RobotId(0), model_->linksMovedBy({DofId(0), DofId(1)})),
+      BodyPairs(other.scene().bodies()));
   std::mt19937 random(3);
   std::vector<Pose> X_WL;
   int hits = 0;
@@ -184,7 +189,7 @@ TEST_F(StateCheckerTest, AgreesWithAWorldSetFromOutside) {
     q[0] = 2.9 * (static_cast<double>(random()) / 2147483648.0 - 1);
     q[1] = 3.1 * (static_cast<double>(random()) / 2147483648.0 - 1);
     linkPoses(*model_, Pose::Identity(), q, X_WL);
-    other.setRobot(0, X_WL);
+    other.setRobot(RobotId(0), X_WL);
     const bool free = other.isFree(pairs);
     EXPECT_EQ(left.valid(q.head(2)), free);
     hits += free ? 0 : 1;
@@ -194,9 +199,9 @@ TEST_F(StateCheckerTest, AgreesWithAWorldSetFromOutside) {
 }
 
 TEST_F(StateCheckerTest, RefusesWhatDoesNotFit) {
-  EXPECT_THROW(StateChecker(*world_, {scene(), 0, {99}}), std::invalid_argument);
+  EXPECT_THROW(StateChecker(*world_, {scene(), RobotId(0), {DofId(99)}}), std::invalid_argument);
   StateCheckerSetup holding = setup(0);
-  holding.held = HeldObject{7, 0, Pose::Identity()};
+  holding.held = HeldObject{ObjectId(7), LinkId(0), Pose::Identity()};
   EXPECT_THROW(StateChecker(*world_, holding), std::invalid_argument);
   StateChecker left(*world_, setup(0));
   EXPECT_THROW(left.valid(Eigen::VectorXd::Zero(3)), std::invalid_argument);

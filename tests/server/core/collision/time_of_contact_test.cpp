@@ -24,9 +24,9 @@ struct Checked {
       : world(std::make_shared<const CollisionScene>(scene)), checker(world, setup(scene)) {}
 
   StateCheckerSetup setup(const Scene& scene) const {
-    std::vector<int> dofs;
-    for (int dof = 0; dof < scene.robots[0].model->dofs(); ++dof) dofs.push_back(dof);
-    return {world.scene(), 0, dofs};
+    std::vector<DofId> dofs;
+    for (const DofId dof : IdRange<DofId>(scene.robots[0].model->dofs())) dofs.push_back(dof);
+    return {world.scene(), RobotId(0), dofs};
   }
 
   CollisionWorld world;
@@ -55,7 +55,7 @@ void expectTimeOfContact(Checked& it, const JointMotion& motion,
                          const std::function<double(double)>& gapAt) {
   ASSERT_GT(gapAt(0), 0.01);
   ASSERT_LT(gapAt(1), -0.001);
-  const BodyId tip = it.world.scene().bodies() - 2, object = it.world.scene().bodies() - 1;
+  const BodyId tip(it.world.scene().bodies() - 2), object(it.world.scene().bodies() - 1);
   for (const Clearance& clearance : {kPlannedClearance, kTimedClearance}) {
     const double free = whenGapIs(gapAt, clearance.looked + kNear);
     const double hit = whenGapIs(gapAt, clearance.proven - kNear);

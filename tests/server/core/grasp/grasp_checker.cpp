@@ -72,20 +72,18 @@ Nearest nearest(const Tree& a, const Pose& X_a, const Tree& b, const Pose& X_b) 
 
 struct GraspChecker::Data {
   const RobotModel* model = nullptr;
-  int arm = 0;
+  ArmId arm{0};
   std::shared_ptr<Tree> object;
   std::vector<std::shared_ptr<Tree>> links;
-  std::vector<int> hand_links;  // rigidly beyond the wrist, and the fingers
+  std::vector<LinkId> hand_links;  // rigidly beyond the wrist, and the fingers
   std::vector<bool> is_finger;
-  std::vector<std::pair<int, int>> self_pairs;  // of the hand that must not touch
+  std::vector<std::pair<LinkId, LinkId>> self_pairs;  // of the hand that must not touch
 
   /// Least distance of two parts of the hand that must not touch.
   double selfClearance(const VectorXd& q) const {
     const auto X = pose(Pose::Identity(), q);
     double least = 1e9;
-    for (const auto& [i, j] : self_pairs) {
-      const auto a = static_cast<std::size_t>(i);
-      const auto b = static_cast<std::size_t>(j);
+    for (const auto& [a, b] : self_pairs) {
       least = std::min(least, nearest(*links[a], X[a], *links[b], X[b]).distance);
     }
     return least;
@@ -93,14 +91,14 @@ struct GraspChecker::Data {
 
   /// Link poses in O with the tool at X_OT.
   std::vector<Pose> pose(const Pose& X_OT, const VectorXd& q_hand) const {
-    const Arm& a = model->arms[static_cast<std::size_t>(arm)];
-    const Hand& hand = model->hands[static_cast<std::size_t>(a.hand)];
+    const Arm& a = model->arms[arm];
+    const Hand& hand = model->hands[a.hand];
     RobotVector q = RobotVector::Zero(model->dofs());
     for (std::size_t i = 0; i < hand.dofs.size(); ++i)
-      q[hand.dofs[i]] = q_hand[static_cast<Eigen::Index>(i)];
+      q[hand.dofs[i].value()] = q_hand[static_cast<Eigen::Index>(i)];
     std::vector<Pose> X;
     linkPoses(*model, Pose::Identity(), q, X);
-    const Pose X_OW = X_OT * X[static_cast<std::size_t>(a.tool_link)].inverse();
+    const Pose X_OW = X_OT * X[a.tool_link].inverse();
     for (Pose& link : X) link = X_OW * link;
     return X;
   }
@@ -109,8 +107,8 @@ struct GraspChecker::Data {
   double clearance(const Pose& X_OT, const VectorXd& q) const {
     const auto X = pose(X_OT, q);
     double least = 1e9;
-    for (const int link : hand_links) {
-      const auto at = static_cast<std::size_t>(link);
+    for (const LinkId link : hand_links) {
+      const std::size_t at = link;
       if (links[at])
         least = std::min(least, nearest(*links[at], X[at], *object, Pose::Identity()).distance);
     }
@@ -118,23 +116,21 @@ struct GraspChecker::Data {
   }
 };
 
-GraspChecker::GraspChecker(const SceneObject& object, const RobotModel& model, int arm)
+GraspChecker::GraspChecker(const SceneObject& object, const RobotModel& model, ArmId arm)
     : data_(std::make_unique<Data>()) {
   data_->model = &model;
   data_->arm = arm;
   data_->object = treeOf(object.shapes);
   for (const Link& link : model.links) data_->links.push_back(treeOf(link.collision));
-  const Arm& a = model.arms[static_cast<std::size_t>(arm)];
+  const Arm& a = model.arms[arm];
   data_->hand_links = model.linksMovedBy({a.dofs.back()});
   data_->is_finger.assign(model.links.size(), false);
-  for (const int link : model.hands[static_cast<std::size_t>(a.hand)].finger_links) {
-    data_->is_finger[static_cast<std::size_t>(link)] = true;
+  for (const LinkId link : model.hands[a.hand].finger_links) {
+    data_->is_finger[link] = true;
   }
-  for (const int i : data_->hand_links) {
-    for (const int j : data_->hand_links) {
-      if (i >= j || !data_->links[static_cast<std::size_t>(i)] ||
-          !data_->links[static_cast<std::size_t>(j)])
-        continue;
+  for (const LinkId i : data_->hand_links) {
+    for (const LinkId j : data_->hand_links) {
+      if (i >= j || !data_->links[i] || !data_->links[j]) continue;
       const auto disabled = model.disabled_pairs.find({i, j});
       const bool standing = disabled != model.disabled_pairs.end() && disabled->second != "Never";
       if (!standing && !model.adjacent(i, j)) data_->self_pairs.emplace_back(i, j);
@@ -146,7 +142,7 @@ GraspChecker::~GraspChecker() = default;
 
 std::string GraspChecker::faultOf(const Grasp& grasp) const {
   std::ostringstream fault;
-  const Arm& arm = data_->model->arms[static_cast<std::size_t>(data_->arm)];
+  const Arm& arm = data_->model->arms[data_->arm];
   for (int step = 0; step <= 10; ++step) {
     const Eigen::Translation3d back(Vector3d(-0.01 * step * arm.approach_axis));
     const double clear = data_->clearance(grasp.X_OT * back, grasp.open);
@@ -161,7 +157,7 @@ std::string GraspChecker::faultOf(const Grasp& grasp) const {
   if (data_->selfClearance(grasp.closed) < 0.002) fault << "closed hand touches itself; ";
   if (data_->selfClearance(grasp.open) < 0.002) fault << "open hand touches itself; ";
   std::vector<Vector3d> normals;
-  for (const int link : data_->hand_links) {
+  for (const LinkId link : data_->hand_links) {
     const auto at = static_cast<std::size_t>(link);
     if (!data_->links[at]) continue;
     const Nearest near = nearest(*data_->links[at], X[at], *data_->object, Pose::Identity());
@@ -186,14 +182,12 @@ double GraspChecker::distance(const GraspChecker& a, const Grasp& grasp_a, const
   const auto X_a = a.data_->pose(grasp_a.X_OT, q_a);
   const auto X_b = b.data_->pose(grasp_b.X_OT, q_b);
   double least = 1e9;
-  for (const int i : a.data_->hand_links) {
-    for (const int j : b.data_->hand_links) {
-      const auto& tree_a = a.data_->links[static_cast<std::size_t>(i)];
-      const auto& tree_b = b.data_->links[static_cast<std::size_t>(j)];
+  for (const LinkId i : a.data_->hand_links) {
+    for (const LinkId j : b.data_->hand_links) {
+      const auto& tree_a = a.data_->links[i];
+      const auto& tree_b = b.data_->links[j];
       if (!tree_a || !tree_b) continue;
-      least = std::min(least, nearest(*tree_a, X_a[static_cast<std::size_t>(i)], *tree_b,
-                                      X_b[static_cast<std::size_t>(j)])
-                                  .distance);
+      least = std::min(least, nearest(*tree_a, X_a[i], *tree_b, X_b[j]).distance);
       if (least <= 0) return 0;
     }
   }
@@ -216,7 +210,7 @@ void GraspChecker::writeObj(const Grasp& grasp, const VectorXd& q, const std::st
   };
   add(*data_->object, Pose::Identity(), "object");
   const auto X = data_->pose(grasp.X_OT, q);
-  for (const int link : data_->hand_links) {
+  for (const LinkId link : data_->hand_links) {
     const auto at = static_cast<std::size_t>(link);
     if (data_->links[at]) add(*data_->links[at], X[at], data_->model->links[at].name);
   }

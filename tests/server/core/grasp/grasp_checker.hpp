@@ -12,7 +12,7 @@ namespace handover {
 
 class GraspChecker {
  public:
-  GraspChecker(const SceneObject& object, const RobotModel& model, int arm);
+  GraspChecker(const SceneObject& object, const RobotModel& model, ArmId arm);
   ~GraspChecker();
 
   /// What is wrong with a grasp by the contract (design: hand free when open and on its straight

@@ -29,7 +29,7 @@ class CupGrasps : public testing::TestWithParam<RobotHand> {
 
   SceneObject cup_ = loadObjectNamed("cup");
   RobotModel model_;
-  int arm_;
+  ArmId arm_;
 };
 
 TEST_P(CupGrasps, HoldByAnIndependentCheck) {
@@ -52,8 +52,7 @@ TEST_P(CupGrasps, ComeFromAllSidesAndAtAllHeights) {
   int quarters[4] = {};
   int low = 0, middle = 0, high = 0, from_base = 0;
   for (const Grasp& grasp : make(120).grasps) {
-    const Eigen::Vector3d approach =
-        grasp.X_OT.linear() * model_.arms[static_cast<std::size_t>(arm_)].approach_axis;
+    const Eigen::Vector3d approach = grasp.X_OT.linear() * model_.arms[arm_].approach_axis;
     if (approach.z() > 0.7) ++from_base;
     if (std::abs(approach.z()) < 0.5)
       ++quarters[(approach.x() > 0 ? 1 : 0) + (approach.y() > 0 ? 2 : 0)];
@@ -94,8 +93,8 @@ TEST(CupHandover, LeavesRoomForBothHands) {
   const RobotModel receiver = loadRobotNamed("hubo");
   GraspParams params;
   params.wanted = 40;
-  const int arm_g = giver.findArm("left");
-  const int arm_r = receiver.findArm("left");
+  const ArmId arm_g = giver.findArm("left");
+  const ArmId arm_r = receiver.findArm("left");
   const auto set_g = generateGrasps(cup, giver, arm_g, params, nullptr, Deadline());
   const auto set_r = generateGrasps(cup, receiver, arm_r, params, nullptr, Deadline());
   ASSERT_TRUE(set_g);

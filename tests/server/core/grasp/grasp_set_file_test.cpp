@@ -230,7 +230,7 @@ TEST(GraspSetFile, WithANumberTooLargeIsRefused) {
 
 class GraspSetHash : public testing::Test {
  protected:
-  std::uint64_t hash() const { return graspSetHash(object_, model_, 0, params_); }
+  std::uint64_t hash() const { return graspSetHash(object_, model_, ArmId(0), params_); }
 
   RobotModel model_ = parallelGripper();
   SceneObject object_ = boxObject({0.05, 0.05, 0.1});

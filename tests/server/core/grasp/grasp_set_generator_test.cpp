@@ -21,7 +21,7 @@ GraspParams few(int wanted) {
 
 Result<GraspSet> make(const SceneObject& object, const RobotModel& model,
                       const GraspParams& params) {
-  return generateGrasps(object, model, 0, params, nullptr, Deadline());
+  return generateGrasps(object, model, ArmId(0), params, nullptr, Deadline());
 }
 
 struct Case {
@@ -39,7 +39,7 @@ TEST_P(Grasps, HoldByAnIndependentCheck) {
   const auto set = make(GetParam().object, model, few(40));
   ASSERT_TRUE(set) << set.error().detail;
   EXPECT_EQ(set->grasps.size(), 40u);
-  const GraspChecker checker(GetParam().object, model, 0);
+  const GraspChecker checker(GetParam().object, model, ArmId(0));
   for (const Grasp& grasp : set->grasps) EXPECT_EQ(checker.faultOf(grasp), "");
 }
 
@@ -115,10 +115,11 @@ TEST(GenerateGrasps, RefuseWhatCannotBeMeant) {
   };
   EXPECT_EQ(code(make(objectOf("nothing", {}), model, few(10))), ErrorCode::kInvalidInput);
   EXPECT_EQ(code(make(boxObject({0.05, 0.05, 0.05}), model, few(0))), ErrorCode::kInvalidInput);
-  const auto no_arm = generateGrasps(sphereObject(0.04), model, 1, few(10), nullptr, Deadline());
+  const auto no_arm =
+      generateGrasps(sphereObject(0.04), model, ArmId(1), few(10), nullptr, Deadline());
   EXPECT_EQ(code(no_arm), ErrorCode::kInvalidInput);
   RobotModel handless = model;
-  handless.arms[0].hand = -1;
+  handless.arms[0].hand = {};
   EXPECT_EQ(code(make(sphereObject(0.04), handless, few(10))), ErrorCode::kInvalidInput);
 }
 
@@ -126,12 +127,12 @@ TEST(GenerateGrasps, StopWhenCancelledOrLate) {
   const Deadline cancelled;
   cancelled.cancel();
   const auto stopped =
-      generateGrasps(sphereObject(0.04), parallelGripper(), 0, few(10), nullptr, cancelled);
+      generateGrasps(sphereObject(0.04), parallelGripper(), ArmId(0), few(10), nullptr, cancelled);
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().code, ErrorCode::kCancelled);
   const Deadline passed(Deadline::Clock::now());
   const auto late =
-      generateGrasps(sphereObject(0.04), parallelGripper(), 0, few(10), nullptr, passed);
+      generateGrasps(sphereObject(0.04), parallelGripper(), ArmId(0), few(10), nullptr, passed);
   ASSERT_FALSE(late);
   EXPECT_EQ(late.error().code, ErrorCode::kDeadline);
 }
@@ -139,7 +140,7 @@ TEST(GenerateGrasps, StopWhenCancelledOrLate) {
 TEST(GenerateGrasps, TellTheirProgressInRisingShares) {
   double last = 0;
   const auto set = generateGrasps(
-      sphereObject(0.04), parallelGripper(), 0, few(30),
+      sphereObject(0.04), parallelGripper(), ArmId(0), few(30),
       [&](double share) {
         EXPECT_GE(share, last);
         EXPECT_LE(share, 1.0);

@@ -26,7 +26,7 @@ TEST_P(TableOne, IsReachedWithGraspsThatHold) {
   const auto& [object_name, hand, count] = GetParam();
   const RobotModel model = loadRobotNamed(hand.robot);
   const SceneObject object = loadObjectNamed(object_name);
-  const int arm = model.findArm(hand.arm);
+  const ArmId arm = model.findArm(hand.arm);
   GraspParams params;
   params.wanted = count;
   const auto set = generateGrasps(object, model, arm, params, nullptr, Deadline());

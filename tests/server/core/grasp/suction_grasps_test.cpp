@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 constexpr double kRadius = 0.015;
 
 GraspSet graspsOf(const SceneObject& object, const RobotModel& model = suctionGripper(kRadius)) {
-  const auto set = generateGrasps(object, model, 0, GraspParams{}, nullptr, Deadline());
+  const auto set = generateGrasps(object, model, ArmId(0), GraspParams{}, nullptr, Deadline());
   EXPECT_TRUE(set) << set.error().detail;
   return set ? *set : GraspSet{};
 }

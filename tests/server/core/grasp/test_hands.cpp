@@ -15,21 +15,21 @@ Shape boxAt(const Vector3d& p, const Vector3d& size) {
   return shape;
 }
 
-/// Adds a link at the end of a joint and returns its index.
-int addLink(RobotModel& model, int parent, Joint joint, const std::string& name,
-            std::vector<Shape> shapes) {
+/// Adds a link at the end of a joint.
+LinkId addLink(RobotModel& model, LinkId parent, Joint joint, const std::string& name,
+               std::vector<Shape> shapes) {
   Link link;
   link.name = name;
   link.collision = std::move(shapes);
-  link.parent_joint = static_cast<int>(model.joints.size());
+  link.parent_joint = JointId(model.joints.size());
   joint.name = name + "_joint";
   joint.parent_link = parent;
-  joint.child_link = static_cast<int>(model.links.size());
+  joint.child_link = LinkId(model.links.size());
   joint.velocity = 1;
   joint.acceleration = 1;
   if (joint.type != JointType::kFixed && !joint.mimic) {
-    joint.dof = model.dofs();
-    model.dof_joints.push_back(static_cast<int>(model.joints.size()));
+    joint.dof = DofId(model.dofs());
+    model.dof_joints.push_back(JointId(model.joints.size()));
   }
   model.links.push_back(link);
   model.joints.push_back(joint);
@@ -54,23 +54,23 @@ Joint movingAt(JointType type, const Vector3d& p, const Vector3d& axis, double l
 
 /// Base, wrist joint about z, palm of 120 x 60 x 30 mm whose top is at z = 80 mm of the wrist,
 /// tool.
-RobotModel palmOnly(const std::string& name, int& palm) {
+RobotModel palmOnly(const std::string& name, LinkId& palm) {
   RobotModel model;
   model.name = name;
-  model.links.push_back({"base", -1, {boxAt({0, 0, -0.05}, {0.1, 0.1, 0.1})}});
+  model.links.push_back({"base", {}, {boxAt({0, 0, -0.05}, {0.1, 0.1, 0.1})}});
   const Joint wrist_joint = movingAt(JointType::kRevolute, {0, 0, 0.01}, Vector3d::UnitZ(), -3, 3);
-  const int wrist =
-      addLink(model, 0, wrist_joint, "wrist", {boxAt({0, 0, 0.02}, {0.04, 0.04, 0.05})});
+  const LinkId wrist =
+      addLink(model, LinkId(0), wrist_joint, "wrist", {boxAt({0, 0, 0.02}, {0.04, 0.04, 0.05})});
   palm = addLink(model, wrist, fixedAt({0, 0, 0.05}), "palm",
                  {boxAt({0, 0, 0.015}, {0.12, 0.06, 0.03})});
-  const int tool = addLink(model, palm, fixedAt({0, 0, 0.08}), "tool", {});
+  const LinkId tool = addLink(model, palm, fixedAt({0, 0, 0.08}), "tool", {});
   Arm arm;
   arm.name = "arm";
-  arm.base_link = 0;
+  arm.base_link = LinkId(0);
   arm.tool_link = tool;
-  arm.dofs = {0};
-  arm.joints = {0};
-  arm.hand = 0;
+  arm.dofs = {DofId(0)};
+  arm.joints = {JointId(0)};
+  arm.hand = HandId(0);
   model.arms.push_back(arm);
   Hand hand;
   hand.name = "hand";
@@ -83,19 +83,19 @@ RobotModel palmOnly(const std::string& name, int& palm) {
 }  // namespace
 
 RobotModel parallelGripper() {
-  int palm = -1;
+  LinkId palm;
   RobotModel model = palmOnly("gripper", palm);
   Hand& hand = model.hands[0];
   for (const double side : {1.0, -1.0}) {
     // At 0 the finger's inner face is at x = 0; it opens outwards.
     const Joint slide =
         movingAt(JointType::kPrismatic, {0, 0, 0.031}, Vector3d(side, 0, 0), 0, 0.055);
-    const int finger = addLink(model, palm, slide, side > 0 ? "left" : "right",
-                               {boxAt({side * 0.005, 0, 0.03}, {0.01, 0.02, 0.06})});
+    const LinkId finger = addLink(model, palm, slide, side > 0 ? "left" : "right",
+                                  {boxAt({side * 0.005, 0, 0.03}, {0.01, 0.02, 0.06})});
     hand.finger_links.push_back(finger);
     hand.links.push_back(finger);
-    hand.dofs.push_back(model.dofs() - 1);
-    hand.fingers.push_back({model.dofs() - 1});
+    hand.dofs.push_back(DofId(model.dofs() - 1));
+    hand.fingers.push_back({DofId(model.dofs() - 1)});
   }
   hand.open = Eigen::Vector2d(0.055, 0.055);
   hand.closed = Eigen::Vector2d(0, 0);
@@ -103,32 +103,32 @@ RobotModel parallelGripper() {
 }
 
 RobotModel curlingHand() {
-  int palm = -1;
+  LinkId palm;
   RobotModel model = palmOnly("curler", palm);
   Hand& hand = model.hands[0];
-  int first_tip = -1;
+  DofId first_tip;
   for (const double side : {1.0, -1.0}) {
     const std::string name = side > 0 ? "left" : "right";
     // Positive angles bend towards the palm's axis.
     const Vector3d axis(0, -side, 0);
     const Joint root = movingAt(JointType::kRevolute, {side * 0.05, 0, 0.04}, axis, -1, 1.5);
-    const int finger =
+    const LinkId finger =
         addLink(model, palm, root, name + "_1", {boxAt({0, 0, 0.04}, {0.015, 0.02, 0.07})});
-    hand.dofs.push_back(model.dofs() - 1);
-    hand.fingers.push_back({model.dofs() - 1});
+    hand.dofs.push_back(DofId(model.dofs() - 1));
+    hand.fingers.push_back({DofId(model.dofs() - 1)});
     Joint tip = movingAt(JointType::kRevolute, {0, 0, 0.08}, axis, 0, 1.5);
     if (side < 0) {
       tip.mimic = true;
       tip.dof = first_tip;
     }
-    const int end =
+    const LinkId end =
         addLink(model, finger, tip, name + "_2", {boxAt({0, 0, 0.03}, {0.012, 0.018, 0.055})});
     if (side > 0) {
-      first_tip = model.dofs() - 1;
+      first_tip = DofId(model.dofs() - 1);
       hand.dofs.push_back(first_tip);
       hand.fingers[0].push_back(first_tip);
     }
-    for (const int link : {finger, end}) {
+    for (const LinkId link : {finger, end}) {
       hand.finger_links.push_back(link);
       hand.links.push_back(link);
     }
@@ -141,22 +141,22 @@ RobotModel curlingHand() {
 RobotModel suctionGripper(double radius) {
   RobotModel model;
   model.name = "sucker";
-  model.links.push_back({"base", -1, {boxAt({0, 0, -0.05}, {0.1, 0.1, 0.1})}});
+  model.links.push_back({"base", {}, {boxAt({0, 0, -0.05}, {0.1, 0.1, 0.1})}});
   const Joint wrist_joint = movingAt(JointType::kRevolute, {0, 0, 0.01}, Vector3d::UnitZ(), -3, 3);
-  const int wrist =
-      addLink(model, 0, wrist_joint, "wrist", {boxAt({0, 0, 0.025}, {0.06, 0.06, 0.05})});
+  const LinkId wrist =
+      addLink(model, LinkId(0), wrist_joint, "wrist", {boxAt({0, 0, 0.025}, {0.06, 0.06, 0.05})});
   Shape lip;
   lip.geometry = CylinderShape{radius, 0.03};
   lip.X_BS.translation().z() = 0.015;
-  const int cup = addLink(model, wrist, fixedAt({0, 0, 0.05}), "cup", {lip});
-  const int tool = addLink(model, cup, fixedAt({0, 0, 0.03}), "tool", {});
+  const LinkId cup = addLink(model, wrist, fixedAt({0, 0, 0.05}), "cup", {lip});
+  const LinkId tool = addLink(model, cup, fixedAt({0, 0, 0.03}), "tool", {});
   Arm arm;
   arm.name = "arm";
-  arm.base_link = 0;
+  arm.base_link = LinkId(0);
   arm.tool_link = tool;
-  arm.dofs = {0};
-  arm.joints = {0};
-  arm.hand = 0;
+  arm.dofs = {DofId(0)};
+  arm.joints = {JointId(0)};
+  arm.hand = HandId(0);
   model.arms.push_back(arm);
   Hand hand;
   hand.name = "cup";

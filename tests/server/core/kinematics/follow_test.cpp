@@ -9,12 +9,13 @@ namespace {
 class Follow : public testing::TestWithParam<NamedArm> {
  protected:
   RobotModel model_ = GetParam().make();
-  ArmKinematics arm_{model_, 0};
+  ArmKinematics arm_{model_, ArmId(0)};
 };
 
 std::vector<NamedArm> armsOfSixOrMore() {
   std::vector<NamedArm> arms = kArms;
-  std::erase_if(arms, [](const NamedArm& arm) { return ArmKinematics(arm.make(), 0).dofs() < 6; });
+  std::erase_if(arms,
+                [](const NamedArm& arm) { return ArmKinematics(arm.make(), ArmId(0)).dofs() < 6; });
   return arms;
 }
 
@@ -83,7 +84,7 @@ TEST_P(Follow, RefusesStepsThatAreTooLong) {
 
 TEST(ArmKinematics, FollowMovesRedundantJointsAsLittleAsPossible) {
   // The step is orthogonal to the null space at its end: no other answer nearby is nearer.
-  const ArmKinematics arm(lwa4Arm(), 0);
+  const ArmKinematics arm(lwa4Arm(), ArmId(0));
   RandomConfigurations configurations(arm, 34);
   int tested = 0;
   for (int k = 0; k < 200; ++k) {
@@ -110,7 +111,7 @@ TEST(ArmKinematics, FollowHoldsAJointAtItsLimit) {
   const ArmVector q = degrees({10, 40, 20, 60, -30, 50, 15});
   model.joints[2].lower = q[2];
   model.joints[2].upper = q[2];
-  const ArmKinematics arm(model, 0);
+  const ArmKinematics arm(model, ArmId(0));
   Pose X_AT = arm.toolPose(q);
   X_AT.translation() += Eigen::Vector3d(0.01, -0.01, 0.02);
   ArmVector next;

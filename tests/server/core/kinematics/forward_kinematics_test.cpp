@@ -11,7 +11,7 @@ namespace {
 class EveryArm : public testing::TestWithParam<NamedArm> {
  protected:
   RobotModel model_ = GetParam().make();
-  ArmKinematics arm_{model_, 0};
+  ArmKinematics arm_{model_, ArmId(0)};
 };
 
 INSTANTIATE_TEST_SUITE_P(ArmKinematics, EveryArm, testing::ValuesIn(kArms), armName);
@@ -107,7 +107,7 @@ TEST(ArmKinematics, PutsTheLwa4WhereItsAuthorsPosturesDo) {
   // Published joint angles of ana-GT's crichton_global.cpp; the wrist is 0.225 m behind the grasp
   // point.
   const RobotModel model = lwa4Arm();
-  const ArmKinematics arm(model, 0);
+  const ArmKinematics arm(model, ArmId(0));
   const auto wrist = [&](const ArmVector& q) {
     const Pose X_AT = arm.toolPose(q);
     return Eigen::Vector3d(X_AT * Eigen::Vector3d(0, 0, -0.225));
@@ -124,37 +124,42 @@ TEST(ArmKinematics, PutsTheLwa4WhereItsAuthorsPosturesDo) {
 }
 
 TEST(ArmKinematics, FindsTheShoulderWhereTheFirstThreeAxesMeet) {
-  EXPECT_NEAR((ArmKinematics(lwa4Arm(), 0).shoulder() - Eigen::Vector3d(0, 0.3, 0)).norm(), 0,
-              1e-12);
-  EXPECT_NEAR((ArmKinematics(lwa4RoughArm(), 0).shoulder() - Eigen::Vector3d(0, 0.3, 0)).norm(), 0,
-              1e-3);
+  EXPECT_NEAR((ArmKinematics(lwa4Arm(), ArmId(0)).shoulder() - Eigen::Vector3d(0, 0.3, 0)).norm(),
+              0, 1e-12);
   EXPECT_NEAR(
-      (ArmKinematics(huboArm(1), 0).shoulder() - Eigen::Vector3d(0.001, 0.2295, 0.2061)).norm(), 0,
-      1e-12);
+      (ArmKinematics(lwa4RoughArm(), ArmId(0)).shoulder() - Eigen::Vector3d(0, 0.3, 0)).norm(), 0,
+      1e-3);
   EXPECT_NEAR(
-      (ArmKinematics(huboArm(-1), 0).shoulder() - Eigen::Vector3d(0.001, -0.2295, 0.2061)).norm(),
+      (ArmKinematics(huboArm(1), ArmId(0)).shoulder() - Eigen::Vector3d(0.001, 0.2295, 0.2061))
+          .norm(),
+      0, 1e-12);
+  EXPECT_NEAR(
+      (ArmKinematics(huboArm(-1), ArmId(0)).shoulder() - Eigen::Vector3d(0.001, -0.2295, 0.2061))
+          .norm(),
       0, 1e-12);
 }
 
 TEST(ArmKinematics, TakesAsShoulderWhereTheFirstTwoAxesMeetIfThreeDoNot) {
-  EXPECT_NEAR((ArmKinematics(sixAxisArm(), 0).shoulder() - Eigen::Vector3d(0, 0, 0.0892)).norm(), 0,
-              1e-12);
-  EXPECT_NEAR((ArmKinematics(ur5eArm(), 0).shoulder() - Eigen::Vector3d(0, 0, 0.1625)).norm(), 0,
-              1e-12);
+  EXPECT_NEAR(
+      (ArmKinematics(sixAxisArm(), ArmId(0)).shoulder() - Eigen::Vector3d(0, 0, 0.0892)).norm(), 0,
+      1e-12);
+  EXPECT_NEAR(
+      (ArmKinematics(ur5eArm(), ArmId(0)).shoulder() - Eigen::Vector3d(0, 0, 0.1625)).norm(), 0,
+      1e-12);
 }
 
 TEST(ArmKinematics, TakesTheFirstJointAsShoulderWhereNoAxesMeet) {
-  EXPECT_NEAR(ArmKinematics(planarArm(), 0).shoulder().norm(), 0, 1e-12);
+  EXPECT_NEAR(ArmKinematics(planarArm(), ArmId(0)).shoulder().norm(), 0, 1e-12);
 }
 
 TEST(ArmKinematics, LetsTheModelOverrideTheShoulder) {
   RobotModel model = lwa4Arm();
   model.arms[0].p_AShoulder = Eigen::Vector3d(1, 2, 3);
-  EXPECT_EQ(ArmKinematics(model, 0).shoulder(), Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(ArmKinematics(model, ArmId(0)).shoulder(), Eigen::Vector3d(1, 2, 3));
 }
 
 TEST(ArmKinematics, TakesLimitsFromTheJoints) {
-  const ArmKinematics arm(huboArm(-1), 0);
+  const ArmKinematics arm(huboArm(-1), ArmId(0));
   EXPECT_DOUBLE_EQ(arm.lower()[1], -3.14);
   EXPECT_DOUBLE_EQ(arm.upper()[1], 0.262);
   EXPECT_DOUBLE_EQ(arm.velocity()[3], 1);
@@ -173,25 +178,25 @@ TEST(ArmKinematics, RefusesChainsThatItCannotHandle) {
   const Eigen::Vector3d z(0, 0, 1), none(0, 0, 0);
   ArmBuilder nine("nine");
   for (int i = 0; i < 9; ++i) nine.revolute({0.1, 0, 0}, none, z, -1, 1);
-  EXPECT_THROW(ArmKinematics(nine.build(), 0), std::invalid_argument);
+  EXPECT_THROW(ArmKinematics(nine.build(), ArmId(0)), std::invalid_argument);
 
   const RobotModel good = lwa4Arm();
-  EXPECT_THROW(ArmKinematics(good, 1), std::invalid_argument);
-  EXPECT_THROW(ArmKinematics(good, -1), std::invalid_argument);
+  EXPECT_THROW(ArmKinematics(good, ArmId(1)), std::invalid_argument);
+  EXPECT_THROW(ArmKinematics(good, ArmId()), std::invalid_argument);
 
   RobotModel model = good;
   model.joints[3].mimic = true;
-  EXPECT_THROW(ArmKinematics(model, 0), std::invalid_argument);
+  EXPECT_THROW(ArmKinematics(model, ArmId(0)), std::invalid_argument);
   model = good;
   model.arms[0].joints.pop_back();
-  EXPECT_THROW(ArmKinematics(model, 0), std::invalid_argument);
+  EXPECT_THROW(ArmKinematics(model, ArmId(0)), std::invalid_argument);
   model = good;
   std::swap(model.arms[0].base_link, model.arms[0].tool_link);
-  EXPECT_THROW(ArmKinematics(model, 0), std::invalid_argument);
+  EXPECT_THROW(ArmKinematics(model, ArmId(0)), std::invalid_argument);
   model = good;
   model.joints[2].upper = INFINITY;
-  EXPECT_THROW(ArmKinematics(model, 0), std::invalid_argument);
-  EXPECT_THROW(ArmKinematics(good, 0).toolPose(ArmVector::Zero(6)), std::invalid_argument);
+  EXPECT_THROW(ArmKinematics(model, ArmId(0)), std::invalid_argument);
+  EXPECT_THROW(ArmKinematics(good, ArmId(0)).toolPose(ArmVector::Zero(6)), std::invalid_argument);
 }
 
 }  // namespace

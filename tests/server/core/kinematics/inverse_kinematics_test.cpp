@@ -16,7 +16,7 @@ bool isRounded(const RobotModel& model) {
 class ClosedForm : public testing::TestWithParam<NamedArm> {
  protected:
   RobotModel model_ = GetParam().make();
-  ArmKinematics arm_{model_, 0};
+  ArmKinematics arm_{model_, ArmId(0)};
 };
 
 std::vector<NamedArm> armsWithClosedForm(bool closed_form) {
@@ -138,7 +138,7 @@ TEST_P(ClosedForm, GivesTheSameAnswersEachTime) {
     const Pose X_AT = arm_.toolPose(configurations.next());
     std::vector<ArmVector> first, second;
     arm_.solve(X_AT, {}, first);
-    const ArmKinematics again(model_, 0);
+    const ArmKinematics again(model_, ArmId(0));
     again.solve(X_AT, {}, second);
     ASSERT_EQ(first.size(), second.size());
     for (std::size_t i = 0; i < first.size(); ++i) EXPECT_EQ(first[i], second[i]);
@@ -200,7 +200,7 @@ TEST_P(ClosedForm, BranchesOfOneSwivelAngleDiffer) {
 }
 
 TEST(ArmKinematics, GivesEveryWindingWithinTheLimits) {
-  const ArmKinematics arm(lwa4TwoTurnArm(), 0);
+  const ArmKinematics arm(lwa4TwoTurnArm(), ArmId(0));
   RandomConfigurations configurations(arm, 17);
   for (int k = 0; k < 100; ++k) {
     const Pose X_AT = arm.toolPose(configurations.next());
@@ -234,7 +234,7 @@ TEST(ArmKinematics, GivesEveryWindingWithinTheLimits) {
 }
 
 TEST(ArmKinematics, PrefersTheWindingNearestToTheGivenConfiguration) {
-  const ArmKinematics arm(lwa4TwoTurnArm(), 0);
+  const ArmKinematics arm(lwa4TwoTurnArm(), ArmId(0));
   RandomConfigurations configurations(arm, 18);
   for (int k = 0; k < 200; ++k) {
     IkQuery query;
@@ -254,7 +254,7 @@ TEST(ArmKinematics, PrefersTheWindingNearestToTheGivenConfiguration) {
 }
 
 TEST(ArmKinematics, KnowsBothElbowSignsOfTheHuboArmNearFullStretch) {
-  const ArmKinematics arm(huboArm(1), 0);
+  const ArmKinematics arm(huboArm(1), ArmId(0));
   const Eigen::Vector3d S = arm.shoulder();
   RandomConfigurations configurations(arm, 19);
   // Of equal distance S-W: elbow angles mirrored about -0.19498; the upper limit is 0.2.
@@ -296,18 +296,19 @@ TEST(ArmKinematics, CountsWhatFallsToTheLimits) {
   RobotModel model = lwa4Arm();
   model.joints[3].lower = 0.1;  // no elbow angle of this pose lies in the limits
   model.joints[3].upper = 0.2;
-  const Pose X_AT = ArmKinematics(lwa4Arm(), 0).toolPose(degrees({10, 20, 30, 60, 50, 60, 70}));
+  const Pose X_AT =
+      ArmKinematics(lwa4Arm(), ArmId(0)).toolPose(degrees({10, 20, 30, 60, 50, 60, 70}));
   std::vector<ArmVector> out;
   IkQuery query;
   query.swivel_samples = 4;
-  const IkCounts counts = ArmKinematics(model, 0).solve(X_AT, query, out);
+  const IkCounts counts = ArmKinematics(model, ArmId(0)).solve(X_AT, query, out);
   EXPECT_EQ(counts.solutions, 0u);
   EXPECT_EQ(counts.no_ik, 0u);
   EXPECT_EQ(counts.limits, 4u * 8u);
 }
 
 TEST(ArmKinematics, RefusesNearConfigurationsOfTheWrongSize) {
-  const ArmKinematics arm(lwa4Arm(), 0);
+  const ArmKinematics arm(lwa4Arm(), ArmId(0));
   IkQuery query;
   query.q_near = ArmVector::Zero(6);
   std::vector<ArmVector> out;
@@ -389,7 +390,7 @@ TEST_P(Iterative, RefusesPosesOutOfReachOrNotFinite) {
 
 TEST(ArmKinematics, OffersShoulderElbowAndWristOfSixJointsBothWays) {
   // Such an arm has up to eight configurations for a pose; few poses allow fewer than four.
-  const ArmKinematics arm(ur5eArm(), 0);
+  const ArmKinematics arm(ur5eArm(), ArmId(0));
   RandomConfigurations configurations(arm, 24);
   constexpr int kPoses = 500;
   int several = 0;
@@ -413,7 +414,7 @@ TEST(ArmKinematics, OffersShoulderElbowAndWristOfSixJointsBothWays) {
 }
 
 TEST(ArmKinematics, FindsTheOneElbowThatAPlanarPoseAllows) {
-  const ArmKinematics arm(planarArm(), 0);
+  const ArmKinematics arm(planarArm(), ArmId(0));
   ArmVector q(2);
   q << 0.4, 1.1;
   std::vector<ArmVector> out;

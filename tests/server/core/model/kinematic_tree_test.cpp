@@ -16,7 +16,7 @@ namespace {
 class RandomTree {
  public:
   explicit RandomTree(std::uint64_t seed) : generator_(seed) {
-    model.links.push_back(Link{"link0", -1, {}});
+    model.links.push_back(Link{"link0", {}, {}});
     for (int i = 1; i <= 20; ++i) addLink(i);
   }
 
@@ -46,13 +46,13 @@ class RandomTree {
     Joint joint;
     joint.name = "joint" + std::to_string(index);
     joint.type = static_cast<JointType>(generator_() % 3);
-    joint.parent_link = static_cast<int>(generator_() % static_cast<unsigned>(index));
-    joint.child_link = index;
+    joint.parent_link = LinkId(generator_() % static_cast<unsigned>(index));
+    joint.child_link = LinkId(index);
     joint.X_PJ = pose();
     joint.axis = Eigen::Vector3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized();
     if (joint.type != JointType::kFixed) giveDof(joint);
     model.joints.push_back(joint);
-    model.links.push_back(Link{"link" + std::to_string(index), index - 1, {}});
+    model.links.push_back(Link{"link" + std::to_string(index), JointId(index - 1), {}});
   }
 
   void giveDof(Joint& joint) {
@@ -60,10 +60,10 @@ class RandomTree {
       joint.mimic = true;
       joint.mimic_multiplier = uniform(-2, 2);
       joint.mimic_offset = uniform(-1, 1);
-      joint.dof = static_cast<int>(generator_() % static_cast<unsigned>(model.dofs()));
+      joint.dof = DofId(generator_() % static_cast<unsigned>(model.dofs()));
     } else {
-      joint.dof = model.dofs();
-      model.dof_joints.push_back(joint.child_link - 1);
+      joint.dof = DofId(model.dofs());
+      model.dof_joints.push_back(JointId(joint.child_link.value() - 1));
     }
   }
 
@@ -95,10 +95,8 @@ KDL::Joint toKdl(const Joint& joint) {
 KDL::Tree toKdl(const RobotModel& model) {
   KDL::Tree tree(model.links[0].name);
   for (const Joint& joint : model.joints) {
-    const KDL::Segment segment(model.links[static_cast<std::size_t>(joint.child_link)].name,
-                               toKdl(joint), toKdl(joint.X_PJ));
-    EXPECT_TRUE(
-        tree.addSegment(segment, model.links[static_cast<std::size_t>(joint.parent_link)].name));
+    const KDL::Segment segment(model.links[joint.child_link].name, toKdl(joint), toKdl(joint.X_PJ));
+    EXPECT_TRUE(tree.addSegment(segment, model.links[joint.parent_link].name));
   }
   return tree;
 }
@@ -148,7 +146,7 @@ TEST(LinkPoses, OfSomeLinksEqualTheFullOnes) {
     const int dof = static_cast<int>(seed) % random.model.dofs();
     q[dof] += 0.3;
     linkPoses(random.model, X_WB, q, expected);
-    linkPosesOf(random.model, q, random.model.linksMovedBy({dof}), X_WL);
+    linkPosesOf(random.model, q, random.model.linksMovedBy({DofId(dof)}), X_WL);
     for (std::size_t link = 0; link < expected.size(); ++link) {
       EXPECT_EQ(X_WL[link].matrix(), expected[link].matrix());
     }
@@ -165,21 +163,21 @@ TEST(LinkPoses, RefuseAConfigurationOfWrongSize) {
 // root -fixed- a -revolute- b -fixed- c -revolute- d
 RobotModel chain() {
   RobotModel model;
-  model.links.push_back(Link{"root", -1, {}});
+  model.links.push_back(Link{"root", {}, {}});
   const JointType types[] = {JointType::kFixed, JointType::kRevolute, JointType::kFixed,
                              JointType::kRevolute};
   for (int i = 0; i < 4; ++i) {
     Joint joint;
     joint.name = "j" + std::to_string(i);
     joint.type = types[i];
-    joint.parent_link = i;
-    joint.child_link = i + 1;
+    joint.parent_link = LinkId(i);
+    joint.child_link = LinkId(i + 1);
     if (joint.type == JointType::kRevolute) {
-      joint.dof = model.dofs();
-      model.dof_joints.push_back(i);
+      joint.dof = DofId(model.dofs());
+      model.dof_joints.push_back(JointId(i));
     }
     model.joints.push_back(joint);
-    model.links.push_back(Link{std::string(1, static_cast<char>('a' + i)), i, {}});
+    model.links.push_back(Link{std::string(1, static_cast<char>('a' + i)), JointId(i), {}});
   }
   return model;
 }
@@ -201,17 +199,17 @@ TEST(RobotModel, LinksOfNeighbouringRigidGroupsAreAdjacent) {
 
 TEST(RobotModel, LinksMovedByADofAreThoseBelowIt) {
   const RobotModel model = chain();
-  EXPECT_EQ(model.linksMovedBy({0}), (std::vector<int>{2, 3, 4}));
-  EXPECT_EQ(model.linksMovedBy({1}), (std::vector<int>{4}));
-  EXPECT_EQ(model.linksMovedBy({}), std::vector<int>{});
+  EXPECT_EQ(model.linksMovedBy({DofId(0)}), (std::vector<LinkId>{LinkId(2), LinkId(3), LinkId(4)}));
+  EXPECT_EQ(model.linksMovedBy({DofId(1)}), (std::vector<LinkId>{LinkId(4)}));
+  EXPECT_EQ(model.linksMovedBy({}), std::vector<LinkId>{});
 }
 
 TEST(RobotModel, UnknownNamesHaveNoIndex) {
   const RobotModel model = chain();
-  EXPECT_EQ(model.findLink("nobody"), -1);
-  EXPECT_EQ(model.findJoint("j2"), 2);
-  EXPECT_EQ(model.findArm(""), -1);
-  EXPECT_EQ(model.findHand("left"), -1);
+  EXPECT_FALSE(model.findLink("nobody").valid());
+  EXPECT_EQ(model.findJoint("j2"), JointId(2));
+  EXPECT_FALSE(model.findArm("").valid());
+  EXPECT_FALSE(model.findHand("left").valid());
 }
 
 }  // namespace

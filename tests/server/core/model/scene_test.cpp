@@ -15,29 +15,29 @@ RobotModel smallModel() {
   model.urdf_path = "robots/small/small.urdf";
   model.srdf_path = "robots/small/small.srdf";
   model.urdf_sha256 = std::string(64, 'a');
-  model.links.push_back(Link{"base", -1, {Shape{Pose::Identity(), BoxShape{{1, 2, 3}}}}});
+  model.links.push_back(Link{"base", {}, {Shape{Pose::Identity(), BoxShape{{1, 2, 3}}}}});
   for (int i = 0; i < 3; ++i) {
     Joint joint;
     joint.name = "j" + std::to_string(i);
     joint.type = i == 1 ? JointType::kFixed : JointType::kRevolute;
-    joint.parent_link = i;
-    joint.child_link = i + 1;
+    joint.parent_link = LinkId(i);
+    joint.child_link = LinkId(i + 1);
     joint.lower = -1;
     joint.upper = 1;
     joint.velocity = 2;
     joint.acceleration = 3;
     joint.jerk = 30;
     if (i == 0) {
-      joint.dof = 0;
-      model.dof_joints.push_back(0);
+      joint.dof = DofId(0);
+      model.dof_joints.push_back(JointId(0));
     }
     if (i == 2) {
-      joint.dof = 0;
+      joint.dof = DofId(0);
       joint.mimic = true;
       joint.mimic_multiplier = -0.5;
     }
     model.joints.push_back(joint);
-    model.links.push_back(Link{"l" + std::to_string(i), i, {}});
+    model.links.push_back(Link{"l" + std::to_string(i), JointId(i), {}});
   }
   return model;
 }
@@ -52,7 +52,7 @@ struct Case {
     SceneRobot robot;
     robot.name = "r";
     robot.q_start = RobotVector::Constant(1, 0.4);
-    robot.resting = {{0, "floor"}};
+    robot.resting = {{LinkId(0), "floor"}};
     scene.robots.push_back(robot);
     SceneObject floor;
     floor.name = "floor";
@@ -64,11 +64,11 @@ struct Case {
     cup.resting = {"floor"};
     SceneObject tray = floor;
     tray.name = "tray";
-    tray.attached_to = Attachment{0, 1, Pose::Identity(), {1, 2}};
+    tray.attached_to = Attachment{RobotId(0), LinkId(1), Pose::Identity(), {LinkId(1), LinkId(2)}};
     scene.objects = {floor, cup, tray};
     task.name = "serve";
     task.object = "cup";
-    task.chain = {{0, -1}, {0, -1}};
+    task.chain = {{RobotId(0), {}}, {RobotId(0), {}}};
     task.X_WO_start = scene.objects[1].X_WO;
     task.X_WO_goal.translation() << 2, 0, 0;
     task.goal_rest.objects = {"tray"};
@@ -108,7 +108,7 @@ TEST(SceneHash, ChangesWithEverythingThatCanChangeAPlan) {
       [](Case& c) { c.model.arms.emplace_back(); },
       [](Case& c) { c.model.hands.emplace_back(); },
       [](Case& c) {
-        c.model.disabled_pairs[{0, 1}] = "Never";
+        c.model.disabled_pairs[{LinkId(0), LinkId(1)}] = "Never";
       },
       [](Case& c) {
         c.scene.objects[1].name = "mug";
@@ -122,7 +122,7 @@ TEST(SceneHash, ChangesWithEverythingThatCanChangeAPlan) {
       },
       [](Case& c) { c.scene.objects[1].resting.clear(); },
       [](Case& c) { c.scene.objects[2].attached_to.reset(); },
-      [](Case& c) { c.scene.objects[2].attached_to->touch_links = {1}; },
+      [](Case& c) { c.scene.objects[2].attached_to->touch_links = {LinkId(1)}; },
       [](Case& c) { c.scene.objects[2].attached_to->X_LO.translation().x() = 1; },
       [](Case& c) { std::swap(c.scene.objects[0], c.scene.objects[2]); },
       [](Case& c) { c.task.X_WO_start.translation().x() = 1.1; },
@@ -130,11 +130,11 @@ TEST(SceneHash, ChangesWithEverythingThatCanChangeAPlan) {
       [](Case& c) { c.task.goal_rest.objects = {"floor"}; },
       [](Case& c) { c.task.goal_rest.none = true; },
       [](Case& c) { c.task.start_rest.objects = {"floor"}; },
-      [](Case& c) { c.task.chain[0].arm = 1; },
+      [](Case& c) { c.task.chain[0].arm = ArmId(1); },
       [](Case& c) { c.task.chain.pop_back(); },
       [](Case& c) { c.task.end = TransportEnd::kHold; },
       [](Case& c) {
-        c.task.held_by = ChainHolder{0, 0};
+        c.task.held_by = ChainHolder{RobotId(0), ArmId(0)};
       },
       [](Case& c) { c.model.joints[0].jerk = 31; },
   };

@@ -107,9 +107,9 @@ TEST_F(LoadRobot, OrdersLinksFromTheRootAndJointsByChild) {
   EXPECT_THAT(names, ElementsAre("base", "upper", "lower", "palm", "tool", "finger_a", "finger_b",
                                  "tip_b", "head"));
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
-    EXPECT_EQ(model.joints[i].child_link, static_cast<int>(i) + 1);
+    EXPECT_EQ(model.joints[i].child_link, LinkId(i + 1));
     EXPECT_LT(model.joints[i].parent_link, model.joints[i].child_link);
-    EXPECT_EQ(model.links[i + 1].parent_joint, static_cast<int>(i));
+    EXPECT_EQ(model.links[i + 1].parent_joint, JointId(i));
   }
   EXPECT_EQ(model.dofs(), 4);  // shoulder, elbow, a, neck; b follows a
 }
@@ -118,29 +118,29 @@ TEST_F(LoadRobot, ReadsLimitsAxesAndAccelerations) {
   settings_.acceleration = 0.7;
   settings_.hands[0].jerk = 60;
   const RobotModel model = load();
-  const Joint& shoulder = model.joints[static_cast<std::size_t>(model.findJoint("shoulder"))];
+  const Joint& shoulder = model.joints[model.findJoint("shoulder")];
   EXPECT_EQ(shoulder.axis, Eigen::Vector3d::UnitZ());
   EXPECT_EQ(shoulder.lower, -2.0);
   EXPECT_EQ(shoulder.acceleration, 0.4);
   EXPECT_EQ(shoulder.jerk, 4.0);  // the default
-  const Joint& elbow = model.joints[static_cast<std::size_t>(model.findJoint("elbow"))];
+  const Joint& elbow = model.joints[model.findJoint("elbow")];
   EXPECT_DOUBLE_EQ(elbow.lower, -M_PI);
   EXPECT_DOUBLE_EQ(elbow.upper, M_PI);
   EXPECT_EQ(elbow.velocity, 0.5);
-  const Joint& neck = model.joints[static_cast<std::size_t>(model.findJoint("neck"))];
+  const Joint& neck = model.joints[model.findJoint("neck")];
   EXPECT_EQ(neck.type, JointType::kPrismatic);
   EXPECT_EQ(neck.lower, -0.262);
   EXPECT_EQ(neck.axis, Eigen::Vector3d::UnitX());
   EXPECT_EQ(neck.acceleration, 0.7);  // of no arm and no hand
   EXPECT_EQ(neck.jerk, 7.0);
-  const Joint& b = model.joints[static_cast<std::size_t>(model.findJoint("b"))];
+  const Joint& b = model.joints[model.findJoint("b")];
   EXPECT_EQ(b.jerk, 60.0);  // as its master
 }
 
 TEST_F(LoadRobot, NarrowsAMasterToWhatItsMimicAllows) {
   const RobotModel model = load();
-  const Joint& a = model.joints[static_cast<std::size_t>(model.findJoint("a"))];
-  const Joint& b = model.joints[static_cast<std::size_t>(model.findJoint("b"))];
+  const Joint& a = model.joints[model.findJoint("a")];
+  const Joint& b = model.joints[model.findJoint("b")];
   EXPECT_EQ(a.lower, 0.1);
   EXPECT_EQ(a.upper, 1.2);
   EXPECT_EQ(a.velocity, 1.0);
@@ -149,7 +149,7 @@ TEST_F(LoadRobot, NarrowsAMasterToWhatItsMimicAllows) {
   EXPECT_EQ(b.dof, a.dof);
   EXPECT_EQ(b.acceleration, 5.0);
   RobotVector q = RobotVector::Zero(model.dofs());
-  q[a.dof] = 0.6;
+  q[a.dof.value()] = 0.6;
   EXPECT_EQ(model.jointPosition(model.findJoint("b"), q), -0.6);
 }
 
@@ -160,10 +160,10 @@ TEST_F(LoadRobot, ComposesAMimicOfAMimic) {
       R"(<joint name="c" type="revolute"><parent link="palm"/><child link="extra"/><axis xyz="1 0 0"/>
           <limit lower="-9" upper="9" velocity="9" effort="1"/><mimic joint="b" multiplier="2" offset="0.5"/></joint></robot>)");
   const RobotModel model = load();
-  const Joint& c = model.joints[static_cast<std::size_t>(model.findJoint("c"))];
+  const Joint& c = model.joints[model.findJoint("c")];
   EXPECT_EQ(c.mimic_multiplier, -2.0);
   EXPECT_EQ(c.mimic_offset, 0.5);
-  EXPECT_EQ(c.dof, model.joints[static_cast<std::size_t>(model.findJoint("a"))].dof);
+  EXPECT_EQ(c.dof, model.joints[model.findJoint("a")].dof);
 }
 
 TEST_F(LoadRobot, FillsArmAndHand) {
@@ -172,11 +172,11 @@ TEST_F(LoadRobot, FillsArmAndHand) {
   const Arm& arm = model.arms[0];
   EXPECT_EQ(arm.base_link, model.findLink("base"));
   EXPECT_EQ(arm.tool_link, model.findLink("tool"));
-  EXPECT_THAT(arm.dofs, ElementsAre(0, 1));
+  EXPECT_THAT(arm.dofs, ElementsAre(DofId(0), DofId(1)));
   EXPECT_EQ(arm.approach_axis, Eigen::Vector3d::UnitZ());
   EXPECT_EQ(arm.hand, 0);
   const Hand& hand = model.hands[0];
-  EXPECT_THAT(hand.dofs, ElementsAre(2));
+  EXPECT_THAT(hand.dofs, ElementsAre(DofId(2)));
   EXPECT_EQ(hand.open[0], 0.1);
   EXPECT_EQ(hand.closed[0], 1.0);
   EXPECT_THAT(hand.links, ElementsAre(model.findLink("palm"), model.findLink("tool"),

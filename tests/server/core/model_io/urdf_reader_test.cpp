@@ -67,8 +67,8 @@ Pose poseOf(const Eigen::Vector3d& xyz, const Eigen::Vector3d& rpy) {
 }
 
 void expectSame(const UrdfModel& model, const Joint& joint, const Written& written) {
-  const Link& child = model.links[static_cast<std::size_t>(joint.child_link)];
-  EXPECT_EQ(model.links[static_cast<std::size_t>(joint.parent_link)].name, written.parent);
+  const Link& child = model.links[joint.child_link];
+  EXPECT_EQ(model.links[joint.parent_link].name, written.parent);
   EXPECT_EQ(child.name, "l" + std::to_string(std::stoi(joint.name.substr(1)) + 1));
   EXPECT_EQ(joint.X_PJ.translation(), written.xyz);
   EXPECT_TRUE(joint.X_PJ.isApprox(poseOf(written.xyz, written.rpy), 1e-14));

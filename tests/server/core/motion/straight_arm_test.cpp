@@ -17,7 +17,7 @@ namespace {
 
 TEST(StraightLine, StaysStraightOnTheLwa4WhenTimed) {
   const RobotModel model = test::lwa4Arm();
-  const ArmKinematics arm(model, 0);
+  const ArmKinematics arm(model, ArmId(0));
   TimingLimits limits{arm.lower(), arm.upper(), arm.velocity(), arm.acceleration(), {}};
   limits.acceleration.setConstant(0.4);
   limits.jerk = 10 * limits.acceleration;

@@ -23,7 +23,7 @@ class PlacedArm {
     const auto file = folder_ / "map";
     const auto built = ReachabilityMap::build(model, q, params, {}, {file}, {}, Deadline());
     if (!built) throw std::runtime_error(built.error().detail);
-    map_ = ReachabilityMap::open(file, ReachabilityMap::hash(model, 0, q, params)).value();
+    map_ = ReachabilityMap::open(file, ReachabilityMap::hash(model, ArmId(0), q, params)).value();
     placed.map = map_.get();
     placed.X_WA = Eigen::Translation3d(1, -2, 0.5) *
                   Eigen::AngleAxisd(2.0, Vector3d(0.1, -0.3, 1).normalized());

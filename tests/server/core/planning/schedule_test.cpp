@@ -29,14 +29,14 @@ class ScheduleTest : public testing::Test {
     scene->objects.push_back(boxObject("box", {0.02, 0.02, 0.02}, {3, 3, 3}));
     problem_.scene = scene;
     problem_.task.object = "box";
-    problem_.task.chain = {{0, 0}, {1, 1}};
-    for (const int robot : {0, 1}) {
-      Manipulator& it = arms_[static_cast<std::size_t>(robot)];
-      it.robot = robot;
-      it.arm = robot;
-      it.placed = &problem_.scene->robots[static_cast<std::size_t>(robot)];
+    problem_.task.chain = {{RobotId(0), ArmId(0)}, {RobotId(1), ArmId(1)}};
+    for (const std::size_t robot : {0, 1}) {
+      Manipulator& it = arms_[robot];
+      it.robot = RobotId(robot);
+      it.arm = ArmId(robot);
+      it.placed = &problem_.scene->robots[robot];
       it.model = it.placed->model.get();
-      it.arm_model = &it.model->arms[static_cast<std::size_t>(it.arm)];
+      it.arm_model = &it.model->arms[it.arm];
     }
     useScene(scene);
     task_ = makeStages(transportOf(problem_.task, 2));
@@ -92,9 +92,9 @@ class ScheduleTest : public testing::Test {
   /// Whether the arms touch while a stage of each begins when it is said to.
   bool touch(std::size_t of_giver, std::size_t of_receiver,
              const std::vector<ScheduledStage>& stages) {
-    std::vector<int> links(arms_[0].model->links.size());
-    for (std::size_t i = 0; i < links.size(); ++i) links[i] = static_cast<int>(i);
-    const PairList pairs = world_->makePairs(problem_.collision->linkBodies(0, links),
+    std::vector<LinkId> links;
+    for (const LinkId link : IdRange<LinkId>(arms_[0].model->links.size())) links.push_back(link);
+    const PairList pairs = world_->makePairs(problem_.collision->linkBodies(RobotId(0), links),
                                              BodyPairs(problem_.collision->bodies()));
     const double last = std::max(stages[of_giver].start + stages_[of_giver].path.duration(),
                                  stages[of_receiver].start + stages_[of_receiver].path.duration());

@@ -26,7 +26,7 @@ class MapFile : public testing::Test {
     const RobotModel model = planarArm();
     const ReachabilityParams params{.voxel = 0.1, .samples = 2000, .seed = 1};
     const RobotVector q = RobotVector::Zero(2);
-    hash_ = ReachabilityMap::hash(model, 0, q, params);
+    hash_ = ReachabilityMap::hash(model, ArmId(0), q, params);
     const auto built = ReachabilityMap::build(model, q, params, {}, {file_}, {}, Deadline());
     if (!built) throw std::runtime_error(built.error().detail);
     good_ = readBytes(file_);

@@ -14,36 +14,38 @@ RobotModel twoArmed() {
     Joint j;
     j.name = name;
     j.type = JointType::kRevolute;
-    j.parent_link = parent;
-    j.child_link = child;
+    j.parent_link = LinkId(parent);
+    j.child_link = LinkId(child);
     j.X_PJ.translation() = Eigen::Vector3d(0.1 * child, 0.2, 0.3);
     j.lower = -1;
     j.upper = 1;
-    j.dof = dof;
+    j.dof = DofId(dof);
     return j;
   };
   RobotModel model;
   for (int i = 0; i < 6; ++i) {
     Link link;
     link.name = "link" + std::to_string(i);
-    link.parent_joint = i - 1;
+    link.parent_joint = JointId(i - 1);
     link.collision.push_back({Pose::Identity(), SphereShape{0.05}});
     model.links.push_back(link);
   }
   model.joints = {joint("waist", 0, 1, 0), joint("left", 1, 2, 1), joint("left2", 2, 3, 2),
                   joint("right", 1, 4, 3), joint("finger", 3, 5, 4)};
-  model.dof_joints = {0, 1, 2, 3, 4};
+  for (const JointId j : IdRange<JointId>(5)) model.dof_joints.push_back(j);
   Arm left, right;
-  left.base_link = 1;
-  left.tool_link = 3;
-  left.dofs = left.joints = {1, 2};
-  right.base_link = 1;
-  right.tool_link = 4;
-  right.dofs = right.joints = {3};
-  left.hand = 0;
+  left.base_link = LinkId(1);
+  left.tool_link = LinkId(3);
+  left.dofs = {DofId(1), DofId(2)};
+  left.joints = {JointId(1), JointId(2)};
+  right.base_link = LinkId(1);
+  right.tool_link = LinkId(4);
+  right.dofs = {DofId(3)};
+  right.joints = {JointId(3)};
+  left.hand = HandId(0);
   model.arms = {left, right};
   Hand hand;
-  hand.dofs = {4};
+  hand.dofs = {DofId(4)};
   hand.open = Eigen::VectorXd::Constant(1, -0.5);
   model.hands = {hand};
   return model;
@@ -51,7 +53,7 @@ RobotModel twoArmed() {
 
 std::uint64_t hashOf(const RobotModel& model, const RobotVector& q = RobotVector::Zero(5),
                      const ReachabilityParams& params = {}) {
-  return ReachabilityMap::hash(model, 0, q, params);
+  return ReachabilityMap::hash(model, ArmId(0), q, params);
 }
 
 template <typename Change>
@@ -73,7 +75,7 @@ TEST(ReachabilityHash, ChangesWithAllThatDecidesTheMap) {
       hashAfter([](RobotModel& m) { m.joints[2].upper = 1.1; }),
       hashAfter([](RobotModel& m) { m.joints[2].lower = -1.1; }),
       hashAfter([](RobotModel& m) { m.joints[1].type = JointType::kPrismatic; }),
-      hashAfter([](RobotModel& m) { m.arms[0].tool_link = 5; }),
+      hashAfter([](RobotModel& m) { m.arms[0].tool_link = LinkId(5); }),
       hashAfter([](RobotModel& m) { m.arms[0].approach_axis = Eigen::Vector3d::UnitX(); }),
       hashAfter([](RobotModel& m) { m.links[0].collision.clear(); }),
       hashAfter([](RobotModel& m) { m.links[2].collision[0].geometry = SphereShape{0.06}; }),
@@ -93,7 +95,7 @@ TEST(ReachabilityHash, ChangesWithAllThatDecidesTheMap) {
         m.links[1].collision[0].geometry = BoxShape{{0.1, 0.1, 0.1}};
       }),
       hashAfter([](RobotModel& m) {
-        m.disabled_pairs[{0, 3}] = "Never";
+        m.disabled_pairs[{LinkId(0), LinkId(3)}] = "Never";
       }),
       hashOf(twoArmed(), (RobotVector(5) << 0.1, 0, 0, 0, 0).finished()),  // waist
       hashAfter([](RobotModel& m) { m.hands[0].open[0] = -0.6; }),
@@ -105,9 +107,9 @@ TEST(ReachabilityHash, ChangesWithAllThatDecidesTheMap) {
       hashAfter([](RobotModel& m) { m.joints[3].upper = 2; }),  // arms are sampled together
       hashAfter([](RobotModel& m) { m.links[4].collision.clear(); }),
       hashAfter([](RobotModel& m) {
-        m.disabled_pairs[{0, 4}] = "Never";
+        m.disabled_pairs[{LinkId(0), LinkId(4)}] = "Never";
       }),
-      ReachabilityMap::hash(twoArmed(), 1, RobotVector::Zero(5), {}),
+      ReachabilityMap::hash(twoArmed(), ArmId(1), RobotVector::Zero(5), {}),
   };
   for (std::size_t i = 0; i < changed.size(); ++i) {
     EXPECT_NE(changed[i], base) << i;

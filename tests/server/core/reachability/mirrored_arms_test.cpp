@@ -45,19 +45,14 @@ class ShippedRobot : public ::testing::TestWithParam<const char*> {
                                                         const ArmVector& q) const {
     const Arm& arm = model_.arms[arm_index];
     std::map<std::string, double> positions;
-    for (int dof = 0; dof < model_.dofs(); ++dof) {
-      const auto joint = static_cast<std::size_t>(model_.dof_joints[static_cast<std::size_t>(dof)]);
-      positions[model_.joints[joint].name] = 0;
-    }
+    for (const JointId joint : model_.dof_joints) positions[model_.joints[joint].name] = 0;
     for (std::size_t i = 0; i < arm.joints.size(); ++i) {
-      positions[model_.joints[static_cast<std::size_t>(arm.joints[i])].name] =
-          q[static_cast<Eigen::Index>(i)];
+      positions[model_.joints[arm.joints[i]].name] = q[static_cast<Eigen::Index>(i)];
     }
     static const auto root = findRoot();
     const handover::testing::KdlRobot robot(root / "robots" / GetParam() /
                                             (std::string(GetParam()) + ".urdf"));
-    const KDL::Frame tool =
-        robot.pose(model_.links[static_cast<std::size_t>(arm.tool_link)].name, positions);
+    const KDL::Frame tool = robot.pose(model_.links[arm.tool_link].name, positions);
     const Eigen::Vector3d& axis = arm.approach_axis;
     const KDL::Vector approach = tool.M * KDL::Vector(axis.x(), axis.y(), axis.z());
     return {{tool.p.x(), tool.p.y(), tool.p.z()}, {approach.x(), approach.y(), approach.z()}};
@@ -68,10 +63,10 @@ class ShippedRobot : public ::testing::TestWithParam<const char*> {
 };
 
 TEST_P(ShippedRobot, HasArmsWhoseImagesAgreeWithAnotherLibrary) {
-  const auto mirror = findArmMirror(model_, 0, 1, q_);
+  const auto mirror = findArmMirror(model_, ArmId(0), ArmId(1), q_);
   ASSERT_TRUE(mirror.has_value()) << mirror.error().detail;
   EXPECT_EQ(mirror->S_ToFrom.determinant(), -1);
-  const ArmKinematics from(model_, 0), to(model_, 1);
+  const ArmKinematics from(model_, ArmId(0)), to(model_, ArmId(1));
   const Eigen::Vector3d flip(1, -1, 1);  // the plane y = 0 of the root
   SeededRandom random(11);
   for (int n = 0; n < 50; ++n) {
@@ -92,19 +87,19 @@ TEST_P(ShippedRobot, HasArmsWhoseImagesAgreeWithAnotherLibrary) {
 TEST_P(ShippedRobot, IsJudgedByItsJointsNotByItsNames) {
   RobotModel model = model_;
   std::swap(model.arms[0].name, model.arms[1].name);
-  for (Joint& joint : model.joints) joint.name = "j" + std::to_string(joint.child_link);
-  EXPECT_TRUE(findArmMirror(model, 0, 1, q_).has_value());
+  for (Joint& joint : model.joints) joint.name = "j" + std::to_string(joint.child_link.value());
+  EXPECT_TRUE(findArmMirror(model, ArmId(0), ArmId(1), q_).has_value());
 }
 
 TEST_P(ShippedRobot, IsNoMirrorImageAfterAnyChangeThatTheMapUses) {
   const auto complaint = [&](auto change) {
     RobotModel model = model_;
     const Arm& arm = model.arms[1];
-    change(model, model.joints[static_cast<std::size_t>(arm.joints[3])], model.arms[1]);
-    const auto mirror = findArmMirror(model, 0, 1, q_);
+    change(model, model.joints[arm.joints[3]], model.arms[1]);
+    const auto mirror = findArmMirror(model, ArmId(0), ArmId(1), q_);
     return mirror ? std::string() : mirror.error().detail;
   };
-  const std::string name = model_.joints[static_cast<std::size_t>(model_.arms[1].joints[3])].name;
+  const std::string name = model_.joints[model_.arms[1].joints[3]].name;
   EXPECT_EQ(complaint([](RobotModel&, Joint&, Arm&) {}), "");
   EXPECT_EQ(complaint([](RobotModel&, Joint& joint, Arm&) { joint.velocity = 9; }), "");
   for (const std::string& detail :
@@ -123,8 +118,8 @@ TEST_P(ShippedRobot, IsNoMirrorImageAfterAnyChangeThatTheMapUses) {
   EXPECT_THAT(complaint([](RobotModel&, Joint&, Arm& arm) { arm.approach_axis *= -1; }),
               HasSubstr("approach"));
   EXPECT_THAT(complaint([](RobotModel& model, Joint&, Arm& arm) {
-                const int joint = model.links[static_cast<std::size_t>(arm.tool_link)].parent_joint;
-                model.joints[static_cast<std::size_t>(joint)].X_PJ.translation().x() += 1e-5;
+                const JointId joint = model.links[arm.tool_link].parent_joint;
+                model.joints[joint].X_PJ.translation().x() += 1e-5;
               }),
               HasSubstr("tool"));
 }
@@ -138,7 +133,7 @@ struct Maps {
     std::vector<ReachabilityMap::SelfCollision> touch;
     std::vector<std::filesystem::path> files;
     for (int arm = 0; arm < 2; ++arm) {
-      ArmSelfCollision& test = tests.emplace_back(model, arm, q);
+      ArmSelfCollision& test = tests.emplace_back(model, ArmId(arm), q);
       touch.emplace_back([&test](const ArmVector& at) { return test.touches(at); });
       files.push_back(folder / std::to_string(arm));
     }
@@ -146,8 +141,8 @@ struct Maps {
     if (!built) throw std::runtime_error(built.error().detail);
     reports = *built;
     for (int arm = 0; arm < 2; ++arm) {
-      const auto map = ReachabilityMap::open(files[static_cast<std::size_t>(arm)],
-                                             ReachabilityMap::hash(model, arm, q, params));
+      const auto map =
+          ReachabilityMap::open(files[arm], ReachabilityMap::hash(model, ArmId(arm), q, params));
       if (!map) throw std::runtime_error(map.error().detail);
       maps.push_back(*map);
     }
@@ -174,7 +169,7 @@ class ShippedMaps : public ShippedRobot {
     std::vector<Pose> X_BL;
     linkPoses(model_, Pose::Identity(), q_, X_BL);
     for (const Arm& arm : model_.arms) {
-      X_BA_.push_back(X_BL[static_cast<std::size_t>(arm.base_link)]);
+      X_BA_.push_back(X_BL[arm.base_link]);
     }
   }
 
@@ -202,12 +197,12 @@ class ShippedMaps : public ShippedRobot {
 };
 
 TEST_P(ShippedMaps, AreEqualVoxelByVoxel) {
-  const auto mirror = findArmMirror(model_, 0, 1, q_);
+  const auto mirror = findArmMirror(model_, ArmId(0), ArmId(1), q_);
   ASSERT_TRUE(mirror.has_value());
   EXPECT_EQ(reports_[0].image_of, -1);
   EXPECT_EQ(reports_[1].image_of, 0) << reports_[1].why_own;
   EXPECT_EQ(maps_[0]->filledVoxels(), maps_[1]->filledVoxels());
-  const ArmKinematics to(model_, 1);
+  const ArmKinematics to(model_, ArmId(1));
   ArmSelfCollision self(model_, 1, q_);
   std::size_t filled = 0, touching = 0;
   forEachCentre([&](const Eigen::Vector3d& p_A) {
@@ -284,7 +279,7 @@ TEST(MirroredArms, KeepMapsOfTheirOwnWhereOneTouchesMuchMore) {
   const std::vector<std::filesystem::path> files{folder / "0", folder / "1"};
   const auto reportWith = [&](double part) {
     // The second arm alone touches in this part of its first joint's range.
-    const ArmKinematics arm(model, 1);
+    const ArmKinematics arm(model, ArmId(1));
     const double below = arm.lower()[0] + part * (arm.upper()[0] - arm.lower()[0]);
     const auto built =
         ReachabilityMap::build(model, q, {.samples = 30'000},

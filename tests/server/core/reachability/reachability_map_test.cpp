@@ -22,7 +22,7 @@ Map buildAndOpen(const RobotModel& model, const ReachabilityParams& params,
   const auto built =
       ReachabilityMap::build(model, q, params, {self_collision}, {file}, {}, Deadline());
   if (!built) throw std::runtime_error(built.error().detail);
-  const auto map = ReachabilityMap::open(file, ReachabilityMap::hash(model, 0, q, params));
+  const auto map = ReachabilityMap::open(file, ReachabilityMap::hash(model, ArmId(0), q, params));
   if (!map) throw std::runtime_error(map.error().detail);
   return *map;
 }
@@ -55,7 +55,7 @@ TEST(DirectionBin, TakesThePolesAndTheSeam) {
 TEST(ReachabilityMap, HoldsThePlainAverageOfItsSamples) {
   const TemporaryFolder folder;
   const RobotModel model = huboArm(1);
-  const ArmKinematics arm(model, 0);
+  const ArmKinematics arm(model, ArmId(0));
   std::vector<ArmVector> drawn;
   const ReachabilityParams params{.voxel = 0.1, .samples = 20'000, .seed = 7};
   const Map map = buildAndOpen(
@@ -167,7 +167,7 @@ TEST(ReachabilityMap, AgreesWithAnIndependentComputationOfThePapersArms) {
   const TemporaryFolder folder;
   for (const Published& published : {Published{lwa4Arm(), 22'900, 0.0314, 0.080},
                                      Published{huboArm(1), 15'900, 0.0218, 0.069}}) {
-    const ArmKinematics arm(published.model, 0);
+    const ArmKinematics arm(published.model, ArmId(0));
     double sum = 0, most = 0;
     const Map map = buildAndOpen(
         published.model, {},
