@@ -589,6 +589,7 @@ bool ChainSearch::searchPoints(SearchTier tier, std::size_t first, std::size_t e
     const bool cut =
         counts.poses_tried >= most_poses ||
         (widened && !counted() && dear_poses_ - dear_before >= settings_.turned_looks) ||
+        (widened && !counted() && state_.motion_attempts >= settings_.turned_motions) ||
         (widened && motions_.failedIkSolves() - failed_before >= settings_.most_failed_ik);
     state_.counts.cut = state_.counts.cut || cut;
     return cut || spent() || state_.over();

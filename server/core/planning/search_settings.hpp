@@ -51,8 +51,9 @@ struct SearchSettings {
   FreeMotionSettings free_motion;
   LinearMotionSettings linear_motion;
   PruneEffort pruning;
-  PruneEffort thorough_pruning{64, 512, true};  ///< before it is said that a robot has no grasp at all
-  std::size_t configurations = 4;         ///< of a grasp, tried as ends of motions
+  PruneEffort thorough_pruning{64, 512,
+                               true};  ///< before it is said that a robot has no grasp at all
+  std::size_t configurations = 4;      ///< of a grasp, tried as ends of motions
 
   double neighbourhood = 0.20;  ///< [paper] §IV-B: lattice points near the midpoint [m]
   /// Of the lattice points that `wide` adds: 0.20 left 3 of 100 draws of butler_left without any
@@ -83,7 +84,8 @@ struct SearchSettings {
   /// neighbours fail alike.
   std::ptrdiff_t crowd_failures = 4;
   double crowd_radius = 0.12;
-  std::uint32_t motion_attempts = 60;  ///< tuples of a request whose motions are tried; up to 42
+  std::uint32_t turned_motions = 45;   ///< of the next, before poses are drawn at random
+  std::uint32_t motion_attempts = 70;  ///< tuples of a request whose motions are tried; up to 42
                                        ///< were needed
   std::uint32_t grasp_attempts = 200;  ///< tuples whose hands did not go together; 30 were needed
   // Of the handovers before a chain's last one: per grasp of the receiver where it gives the object
