@@ -10,6 +10,7 @@
 //   ~DdsEndpoint (Fast DDS) receive, discovery, timers; the network; ~DdsEndpoint. They decode,
 //   enqueue and return.
 #include "cells/cell_service.hpp"
+#include "cells/decomposition_cache.hpp"
 #include "daemon.hpp"
 #include "settings/check.hpp"
 #include "settings/roots.hpp"
@@ -127,13 +128,34 @@ int prepareFiles(const Options& options) {
   return kExitDone;
 }
 
+/// Where parts of meshes are kept; nowhere without a home, which a check does not need.
+std::filesystem::path partsFolder() {
+  try {
+    return cacheFolder("");
+  } catch (const std::runtime_error&) {
+    return {};
+  }
+}
+
 int checkEvery(const Options& options) {
   if (options.scene) return notBuiltYet("check --scene");
   if (options.json) return notBuiltYet("check --json");
   const std::vector<std::filesystem::path> files(options.files.begin(), options.files.end());
-  const auto faults = checkFiles(files, findRoot(options.root));
-  for (const auto& fault : faults) std::cout << fault.text() << '\n';
-  return faults.empty() ? kExitDone : kExitConfiguration;
+  const std::filesystem::path root = findRoot(options.root);
+  ProgressBar bar;
+  const DecompositionCache divide(partsFolder(), false, std::ref(bar));
+  CheckReport report;
+  divide.loadInRounds([&] {
+    report = checkFiles(files, root, divide);
+    return report.faults.empty();
+  });
+  for (const auto& fault : report.faults) std::cout << fault.text() << '\n';
+  for (const auto& warning : report.warnings) {
+    std::cout << FileFault{warning.file, warning.line, "warning: " + warning.message}.text()
+              << '\n';
+  }
+  for (const auto& fact : report.facts) std::cerr << fact.text() << '\n';
+  return report.faults.empty() ? kExitDone : kExitConfiguration;
 }
 
 /// Every help text ends with an example and the exit codes.

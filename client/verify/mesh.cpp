@@ -34,9 +34,11 @@ Eigen::Matrix4d toEigen(const aiMatrix4x4& m) {
   return result;
 }
 
+/// The meshes of each node, placed.
 void collect(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& X_above,
-             std::vector<Mesh>& meshes) {
+             std::vector<std::vector<Mesh>>& nodes) {
   const Eigen::Matrix4d X = X_above * toEigen(node.mTransformation);
+  std::vector<Mesh> meshes;
   for (unsigned m = 0; m < node.mNumMeshes; ++m) {
     const aiMesh& part = *scene.mMeshes[node.mMeshes[m]];
     Mesh& mesh = meshes.emplace_back();
@@ -52,7 +54,8 @@ void collect(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& X_
                                 static_cast<int>(face.mIndices[2])});
     }
   }
-  for (unsigned c = 0; c < node.mNumChildren; ++c) collect(scene, *node.mChildren[c], X, meshes);
+  nodes.push_back(std::move(meshes));
+  for (unsigned c = 0; c < node.mNumChildren; ++c) collect(scene, *node.mChildren[c], X, nodes);
 }
 
 /// Numbers shared by all vertices at (nearly) one place.
@@ -148,6 +151,22 @@ bool isStl(const std::filesystem::path& file) {
   return extension == ".stl";
 }
 
+/// A node's meshes are one body cut by its materials, but for those that are closed by themselves.
+void joinOpenOnes(std::vector<Mesh> node, std::vector<Mesh>& meshes) {
+  Mesh joined;
+  for (Mesh& mesh : node) {
+    const std::vector<Shell> shells = node.size() > 1 ? shellsOf(mesh) : std::vector<Shell>();
+    const bool closed =
+        std::all_of(shells.begin(), shells.end(), [](const Shell& shell) { return shell.closed; });
+    if (closed) {
+      meshes.push_back(std::move(mesh));
+    } else {
+      joined.append(mesh);
+    }
+  }
+  if (!joined.triangles.empty()) meshes.push_back(std::move(joined));
+}
+
 }  // namespace
 
 void Mesh::append(const Mesh& other) {
@@ -170,23 +189,27 @@ std::vector<Mesh> readMesh(const std::filesystem::path& file, const Eigen::Vecto
                               aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   const aiScene* scene =
       importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);
-  std::vector<Mesh> meshes;
+  std::vector<std::vector<Mesh>> nodes;
   if (scene && scene->mRootNode) {
-    collect(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity(), meshes);
+    collect(*scene, *scene->mRootNode, Eigen::Matrix4d::Identity(), nodes);
   } else {
-    if (isStl(file)) meshes.push_back(readTextStl(file));
-    if (meshes.empty() || meshes.front().triangles.empty()) {
+    if (isStl(file)) nodes.push_back({readTextStl(file)});
+    if (nodes.empty() || nodes.front().front().triangles.empty()) {
       throw Unreadable(file.string(),
                        std::string(importer.GetErrorString()).substr(0, kLongestReason));
     }
   }
   std::size_t triangles = 0;
-  for (Mesh& mesh : meshes) {
-    triangles += mesh.triangles.size();
-    for (Eigen::Vector3d& vertex : mesh.vertices) {
-      vertex = vertex.cwiseProduct(scale);
-      if (!vertex.allFinite()) throw Unreadable(file.string(), "vertex not finite");
+  std::vector<Mesh> meshes;
+  for (std::vector<Mesh>& node : nodes) {
+    for (Mesh& mesh : node) {
+      triangles += mesh.triangles.size();
+      for (Eigen::Vector3d& vertex : mesh.vertices) {
+        vertex = vertex.cwiseProduct(scale);
+        if (!vertex.allFinite()) throw Unreadable(file.string(), "vertex not finite");
+      }
     }
+    joinOpenOnes(std::move(node), meshes);
   }
   if (triangles == 0) throw Unreadable(file.string(), "no triangle in it");
   if (triangles > kMaxTriangles) throw Unreadable(file.string(), "too many triangles");

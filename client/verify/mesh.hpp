@@ -23,7 +23,8 @@ struct Mesh {
 };
 
 /// Every triangle of the file, one mesh for each of its parts (parts may share corners and still be
-/// solids of their own), node transforms and units honoured, axes as in the file.
+/// solids of their own; those of one node that only materials cut apart are one), node transforms
+/// and units honoured, axes as in the file.
 /// @throws Unreadable when it is no mesh or has no triangle.
 std::vector<Mesh> readMesh(const std::filesystem::path& file, const Eigen::Vector3d& scale);
 

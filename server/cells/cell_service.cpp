@@ -7,6 +7,8 @@
 #include "core/planning/collision_context.hpp"
 #include "settings/roots.hpp"
 
+#include <handover/common/log.hpp>
+
 #include <set>
 #include <stdexcept>
 
@@ -62,8 +64,23 @@ Rejected badRequest(std::vector<Fault> faults) {
 CellService::CellService(const std::filesystem::path& root, const std::vector<std::string>& cells,
                          const std::filesystem::path& cache_folder,
                          ResourceCache::Progress progress, bool force)
-    : cache_(cache_folder, std::move(progress), force) {
-  const DecompositionCache divide(cache_folder, force);
+    : cache_(cache_folder, progress, force) {
+  const DecompositionCache divide(cache_folder, force, std::move(progress));
+  divide.loadInRounds([&] {
+    cells_.clear();
+    models_.clear();
+    load(root, cells, divide);
+    return true;
+  });
+  const auto log = logger("cells");
+  for (const Loaded& loaded : cells_) {
+    for (const FileFault& warning : loaded.cell.warnings()) log->warn("{}", warning.text());
+    for (const FileFault& fact : loaded.cell.facts()) log->debug("{}", fact.text());
+  }
+}
+
+void CellService::load(const std::filesystem::path& root, const std::vector<std::string>& cells,
+                       const ConvexDecomposer& divide) {
   std::vector<FileFault> faults;
   for (const auto& name : cells) {
     const auto file = cellFile(name, root);

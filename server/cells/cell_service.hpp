@@ -52,6 +52,8 @@ class CellService : public PlanService {
     std::string scene_hash;  ///< of the first task
   };
 
+  void load(const std::filesystem::path& root, const std::vector<std::string>& cells,
+            const ConvexDecomposer& divide);
   const Loaded* find(const std::string& cell) const;
   void prepareCell(const Loaded& loaded, const Deadline& deadline);
   std::vector<RobotResources> resources(const Scene& scene, const std::string& object,

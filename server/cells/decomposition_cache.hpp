@@ -5,6 +5,9 @@
 #include "core/decomposition/convex_decomposition.hpp"
 
 #include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
 
 namespace handover {
 
@@ -13,14 +16,25 @@ namespace handover {
 /// folder that cannot be written costs the making each time. Safe from any thread.
 class DecompositionCache {
  public:
-  /// `force`: make everything anew, whatever the folder holds.
-  DecompositionCache(const std::filesystem::path& folder, bool force);
+  /// What is being done ("dividing meshes: 12 of 55") and the share of it that is.
+  using Progress = std::function<void(const std::string& what, double fraction)>;
+
+  /// `force`: make everything anew, whatever the folder holds, but each mesh once. An empty folder
+  /// name: nothing is kept.
+  DecompositionCache(const std::filesystem::path& folder, bool force, Progress progress = {});
+  ~DecompositionCache();
 
   Result<std::vector<TriangleMesh>> operator()(const TriangleMesh& mesh) const;
 
+  /// Runs `load`, which gets its parts from this cache, so that faults which cost nothing to find
+  /// come before any mesh is divided: in a first round meshes without parts get a box for them, and
+  /// what convexParts() refuses at once is refused; if there were such meshes, and `load` found no
+  /// fault (true), it runs again, from the start, with the true parts. What it throws ends it.
+  void loadInRounds(const std::function<bool()>& load) const;
+
  private:
-  std::filesystem::path folder_;
-  bool force_;
+  struct Data;
+  std::shared_ptr<Data> data_;
 };
 
 }  // namespace handover

@@ -47,6 +47,16 @@ GraspParams graspParams(const SceneObject& object, const SceneRobot& robot, cons
   return params;
 }
 
+/// A set that is short of grasps, and one that has none, are said.
+void tellOf(const GraspSet& set, const std::string& name, int wanted) {
+  const auto log = logger("grasps");
+  if (set.grasps.empty()) {
+    log->warn("{}: none: {}", name, set.none_because);
+  } else if (static_cast<int>(set.grasps.size()) < wanted) {
+    log->info("{}: {} of the {} wanted", name, set.grasps.size(), wanted);
+  }
+}
+
 /// Products kept in memory of each sort, and how often one who waits for another's looks at its
 /// deadline.
 constexpr std::size_t kKept = 256;
@@ -192,7 +202,10 @@ std::shared_ptr<const GraspSet> ResourceCache::makeGrasps(const SceneObject& obj
   auto log = logger("grasps");
   if (!force_) {
     auto set = readGraspSet(file, hash);
-    if (set) return std::make_shared<const GraspSet>(std::move(*set));
+    if (set) {
+      tellOf(*set, name, params.wanted);
+      return std::make_shared<const GraspSet>(std::move(*set));
+    }
     if (set.error().code != ErrorCode::kNotFound) {
       log->warn("{}; rebuilding", set.error().detail);
     }
@@ -208,6 +221,7 @@ std::shared_ptr<const GraspSet> ResourceCache::makeGrasps(const SceneObject& obj
   if (const auto written = writeGraspSet(*set, hash, file); !written) {
     throw std::runtime_error("grasps of " + name + ": " + written.error().detail);
   }
+  tellOf(*set, name, params.wanted);
   return std::make_shared<const GraspSet>(std::move(*set));
 }
 

@@ -3,6 +3,7 @@
 
 #include "settings/cell_description.hpp"
 #include "settings/cell_overrides.hpp"
+#include "settings/remarks.hpp"
 #include "settings/roots.hpp"
 #include "settings/scene_resolver.hpp"
 
@@ -104,6 +105,7 @@ struct Cell::Data {
   std::map<std::string, KnownShapes> shapes;  ///< by object
   std::shared_ptr<const Scene> scene;         ///< without overrides
   std::vector<SceneTask> tasks;
+  std::vector<FileFault> warnings, facts;
 };
 
 Cell Cell::load(const std::filesystem::path& file, const std::filesystem::path& root,
@@ -133,10 +135,20 @@ Cell Cell::load(const std::filesystem::path& file, const std::filesystem::path& 
     }
     ResolvedCell resolved = resolveCell(data->description, data->models, root, divide, {}, later);
     for (const SceneObject& object : resolved.scene.objects) {
-      data->shapes.emplace(object.name, KnownShapes{object.geometry, object.shapes});
+      data->shapes.emplace(object.name,
+                           KnownShapes{object.geometry, object.shapes, object.divided});
     }
     data->scene = std::make_shared<const Scene>(std::move(resolved.scene));
     data->tasks = std::move(resolved.tasks);
+    if (later.clean()) {
+      Remarks remarks{report.linesOnly(), report.linesOnly()};
+      remarkOnObjects(*data->scene, data->tasks, remarks);
+      for (const SceneRobot& robot : data->scene->robots) {
+        remarkOnRobot(*robot.model, robot.q_start, "robots." + robot.name, remarks);
+      }
+      data->warnings = remarks.warnings.inFile(shown_file);
+      data->facts = remarks.facts.inFile(shown_file);
+    }
   }
   report.addNew(later);  // what a value that is wrong already leads to is not said again
   std::vector<FileFault> faults = report.inFile(shown_file);
@@ -156,6 +168,10 @@ std::vector<std::string> Cell::taskNames() const {
   for (const SceneTask& task : data_->tasks) names.push_back(task.name);
   return names;
 }
+
+const std::vector<FileFault>& Cell::warnings() const { return data_->warnings; }
+
+const std::vector<FileFault>& Cell::facts() const { return data_->facts; }
 
 const std::vector<Variation>& Cell::variations() const { return data_->description.variations; }
 

@@ -43,6 +43,9 @@ class Cell {
   const std::string& name() const;
   const std::filesystem::path& file() const;
   std::vector<std::string> taskNames() const;
+  /// What looks like a slip, though the cell can be planned with; what it is made of.
+  const std::vector<FileFault>& warnings() const;
+  const std::vector<FileFault>& facts() const;
   /// The `vary:` part, in the file's order.
   const std::vector<Variation>& variations() const;
 

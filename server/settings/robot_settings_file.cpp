@@ -10,8 +10,8 @@ namespace {
 
 constexpr NumberRange kLength{-1000, 1000};      // [m]
 constexpr NumberRange kAngle{-1000, 1000};       // [rad]
-constexpr NumberRange kAcceleration{1e-6, 1e6};  // [rad/s^2]
-constexpr NumberRange kJerk{1e-6, 1e9};          // [rad/s^3]
+constexpr NumberRange kAcceleration{1e-3, 1e6};  // [rad/s^2]
+constexpr NumberRange kJerk{1e-3, 1e9};          // [rad/s^3]
 constexpr NumberRange kCupRadius{1e-3, 0.25};    // [m]
 constexpr NumberRange kEngage{1e-2, 60};         // [s]
 constexpr double kUnit = 1e-3;                   // of an axis: off unit length

@@ -124,8 +124,7 @@ class SceneResolver {
       if (joint.type == JointType::kFixed || joint.mimic) {
         report_.add(at, joint.mimic ? "mimics another joint" : "is fixed");
       } else if (!withinWrittenLimits(joint, position)) {
-        report_.add(at, "is outside the joint's limits, " + std::to_string(joint.lower) + " to " +
-                            std::to_string(joint.upper));
+        report_.add(at, "is outside the joint's limits: " + besideLimits(joint, position));
       } else {
         robot.q_start[joint.dof.value()] = std::clamp(position, joint.lower, joint.upper);
       }
@@ -182,7 +181,7 @@ class SceneResolver {
     SceneObject object;
     object.name = description.name;
     object.geometry = description.geometry;
-    object.shapes = shapesFor(description, path + ".geometry");
+    setShapes(description, path + ".geometry", object);
     for (const std::string& other : description.resting) {
       if (!objectNamed(other, path + ".resting").valid()) continue;
       if (other == description.name) report_.add(path + ".resting", "rests on itself");
@@ -193,20 +192,24 @@ class SceneResolver {
     scene().objects.push_back(std::move(object));
   }
 
-  std::vector<Shape> shapesFor(const ObjectDescription& description, const std::string& path) {
+  void setShapes(const ObjectDescription& description, const std::string& path,
+                 SceneObject& object) {
     const auto known = known_.find(description.name);
     if (known != known_.end() && known->second.geometry == description.geometry) {
-      return known->second.shapes;
+      object.shapes = known->second.shapes;
+      object.divided = known->second.divided;
+      return;
     }
     if (const std::string fault = countMeshes(description.geometry); !fault.empty()) {
-      report_.add(path, fault);
-      return {};
+      return report_.add(path, fault);
     }
     try {
-      return shapesOf(description.geometry, root_, divide_);
+      BodyShapes body = bodyShapesOf(description.geometry, root_, divide_);
+      object.shapes = std::move(body.shapes);
+      if (body.divided.empty()) return;
+      object.divided = std::make_shared<const DividedBodies>(std::move(body.divided));
     } catch (const FileError& error) {
       for (const FileFault& fault : error.faults()) report_.add(path, fault.text());
-      return {};
     }
   }
 

@@ -16,6 +16,7 @@ namespace handover {
 struct KnownShapes {
   Geometry geometry;
   std::vector<Shape> shapes;
+  std::shared_ptr<const DividedBodies> divided;
 };
 
 struct ResolvedCell {

@@ -67,7 +67,11 @@ std::string nearestOf(const std::set<std::string>& words, const std::string& wor
 }
 
 void YamlReport::add(const std::string& path, std::string message) {
-  faults_.push_back({path, lineOf(path), oneLine(std::move(message))});
+  addAt(lineOf(path), path, std::move(message));
+}
+
+void YamlReport::addAt(int line, const std::string& path, std::string message) {
+  faults_.push_back({path, line, oneLine(std::move(message))});
 }
 
 int YamlReport::lineOf(const std::string& path) const {
@@ -219,7 +223,7 @@ std::optional<YamlMap> YamlValue::map() const {
     return std::nullopt;
   }
   std::vector<std::pair<std::string, YamlValue>> entries;
-  std::set<std::string> keys;
+  std::map<std::string, int> keys;
   for (std::size_t i = 0; i < node_->keys.size(); ++i) {
     if (!node_->keys[i].isScalar()) {
       fault("has a key that is not a text");
@@ -231,8 +235,11 @@ std::optional<YamlMap> YamlValue::map() const {
                         : "has a key of " + std::to_string(key.size()) + " bytes");
       continue;
     }
-    if (!keys.insert(key).second) {
-      fault("has the key '" + key + "' twice");
+    const int line = node_->keys[i].line;
+    if (const auto [first, fresh] = keys.emplace(key, line); !fresh) {
+      report_->addAt(
+          line, path_,
+          "has the key '" + key + "' twice, first in line " + std::to_string(first->second));
       continue;
     }
     entries.emplace_back(

@@ -32,6 +32,8 @@ struct YamlFault {
 class YamlReport {
  public:
   void add(const std::string& path, std::string message);
+  /// The same for a line of its own within the value.
+  void addAt(int line, const std::string& path, std::string message);
 
   void locate(const std::string& path, int line) { lines_.emplace(path, line); }
 

@@ -67,14 +67,15 @@ void damageAndCheck(const std::string& damaged_file, const std::string& good,
                     const std::string& checked_file, int times) {
   const TinyRoot root;
   root.write(damaged_file, good);
-  ASSERT_TRUE(checkFiles({root.path() / checked_file}, root.path()).empty());
+  ASSERT_TRUE(checkFiles({root.path() / checked_file}, root.path()).faults.empty());
   int refused = 0;
   for (int seed = 1; seed <= fuzzRuns(times); ++seed) {
     std::mt19937_64 generator(static_cast<std::uint64_t>(seed));
     const std::string text = damaged(good, generator);
     root.write(damaged_file, text);
     const auto start = std::chrono::steady_clock::now();
-    ASSERT_NO_THROW(refused += !checkFiles({root.path() / checked_file}, root.path()).empty())
+    ASSERT_NO_THROW(refused +=
+                    !checkFiles({root.path() / checked_file}, root.path()).faults.empty())
         << "seed " << seed << "\n"
         << text;
     ASSERT_LT(std::chrono::steady_clock::now() - start, test::kMostTime) << "seed " << seed << "\n"

@@ -67,6 +67,12 @@ struct SupportOf {
 
   Vector3d operator()(const PointCore&) const { return Vector3d::Zero(); }
 
+  Vector3d operator()(const TriangleCore& triangle) const {
+    const double a = triangle.corners[0].dot(d), b = triangle.corners[1].dot(d),
+                 c = triangle.corners[2].dot(d);
+    return triangle.corners[a >= b ? (a >= c ? 0 : 2) : (b >= c ? 1 : 2)];
+  }
+
   Vector3d operator()(const HullCore& hull) const {
     const std::size_t best = farthest(hull, d);
     return {hull.x[best], hull.y[best], hull.z[best]};
@@ -74,9 +80,37 @@ struct SupportOf {
 };
 
 Vector3d middleOf(const ConvexCore& core) {
-  const auto* hull = std::get_if<HullCore>(&core);
-  return hull ? hull->middle : Vector3d::Zero();
+  if (const auto* hull = std::get_if<HullCore>(&core)) return hull->middle;
+  const auto* triangle = std::get_if<TriangleCore>(&core);
+  if (triangle == nullptr) return Vector3d::Zero();
+  return (triangle->corners[0] + triangle->corners[1] + triangle->corners[2]) / 3;
 }
+
+struct CoreOf {
+  ConvexCore operator()(const BoxShape& box) const { return BoxCore{0.5 * box.size}; }
+
+  ConvexCore operator()(const SphereShape&) const { return PointCore{}; }
+
+  ConvexCore operator()(const CylinderShape& cylinder) const {
+    return CylinderCore{cylinder.radius, 0.5 * cylinder.length};
+  }
+
+  ConvexCore operator()(const ConvexShape& convex) const {
+    HullCore hull;
+    hull.middle.setZero();
+    const auto add = [&](const Vector3d& v) {
+      hull.x.push_back(v.x());
+      hull.y.push_back(v.y());
+      hull.z.push_back(v.z());
+    };
+    for (const Vector3d& v : convex.vertices) {
+      hull.middle += v / static_cast<double>(convex.vertices.size());
+      add(v);
+    }
+    if (convex.vertices.size() % 2 != 0) add(convex.vertices.back());
+    return hull;
+  }
+};
 
 // A point of the Minkowski difference A - B, with where it comes from.
 struct Vertex {
@@ -329,6 +363,14 @@ class Search {
 
 Vector3d supportPoint(const ConvexCore& core, const Vector3d& direction) {
   return std::visit(SupportOf{direction}, core);
+}
+
+RoundedCore coreOf(const Shape& shape) {
+  RoundedCore rounded{std::visit(CoreOf{}, shape.geometry), 0};
+  if (const auto* sphere = std::get_if<SphereShape>(&shape.geometry)) {
+    rounded.radius = sphere->radius;
+  }
+  return rounded;
 }
 
 GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCore& b,

@@ -5,9 +5,11 @@
 #pragma once
 
 #include "core/collision/pair_motion.hpp"
+#include "core/model/shape.hpp"
 
 #include <Eigen/Geometry>
 
+#include <array>
 #include <variant>
 #include <vector>
 
@@ -28,7 +30,19 @@ struct HullCore {
   Eigen::Vector3d middle;       ///< some point inside
 };
 
-using ConvexCore = std::variant<BoxCore, CylinderCore, PointCore, HullCore>;
+struct TriangleCore {
+  std::array<Eigen::Vector3d, 3> corners;
+};
+
+using ConvexCore = std::variant<BoxCore, CylinderCore, PointCore, HullCore, TriangleCore>;
+
+/// What GJK works on of a shape, in the shape's frame: the shape itself; of a sphere, its centre.
+struct RoundedCore {
+  ConvexCore core;
+  double radius = 0;  ///< how far the shape reaches beyond the core [m]
+};
+
+RoundedCore coreOf(const Shape& shape);
 
 /// The core's point that is farthest along `direction`, which need not be a unit vector.
 Eigen::Vector3d supportPoint(const ConvexCore& core, const Eigen::Vector3d& direction);

@@ -94,32 +94,6 @@ btTransform toBullet(const Pose& X) {
       btVector3(m(0, 3), m(1, 3), m(2, 3)));
 }
 
-struct CoreOf {
-  ConvexCore operator()(const BoxShape& box) const { return BoxCore{0.5 * box.size}; }
-
-  ConvexCore operator()(const SphereShape&) const { return PointCore{}; }
-
-  ConvexCore operator()(const CylinderShape& cylinder) const {
-    return CylinderCore{cylinder.radius, 0.5 * cylinder.length};
-  }
-
-  ConvexCore operator()(const ConvexShape& convex) const {
-    HullCore hull;
-    hull.middle.setZero();
-    const auto add = [&](const Eigen::Vector3d& v) {
-      hull.x.push_back(v.x());
-      hull.y.push_back(v.y());
-      hull.z.push_back(v.z());
-    };
-    for (const Eigen::Vector3d& v : convex.vertices) {
-      hull.middle += v / static_cast<double>(convex.vertices.size());
-      add(v);
-    }
-    if (convex.vertices.size() % 2 != 0) add(convex.vertices.back());
-    return hull;
-  }
-};
-
 // Bullet's verdict, margins included: GJK, and EPA where the cores overlap.
 bool bulletTouching(const btConvexShape& a, const Pose& X_WA, const btConvexShape& b,
                     const Pose& X_WB) {
@@ -189,8 +163,9 @@ NarrowShape::NarrowShape(const Shape& shape) {
   }
   auto data = std::make_unique<Data>();
   data->shape = std::visit(BulletShape{}, shape.geometry);
-  data->core = std::visit(CoreOf{}, shape.geometry);
-  if (const auto* sphere = std::get_if<SphereShape>(&shape.geometry)) data->radius = sphere->radius;
+  RoundedCore rounded = coreOf(shape);
+  data->core = std::move(rounded.core);
+  data->radius = rounded.radius;
   data_ = std::move(data);
 }
 

@@ -295,6 +295,14 @@ Result<std::vector<Hull>> divide(const std::vector<Triangle>& triangles) {
     return parts;
   }
   const Level& last = kLevels[std::size(kLevels) - 1];
+  return Error{ErrorCode::kInvalidInput, "takes more than " + std::to_string(last.most_parts) +
+                                             " convex parts to be met to 5 mm"};
+}
+
+/// Whether the coarsest grid holds them.
+Result<bool> fitsAGrid(const std::vector<Triangle>& triangles) {
+  const AlignedBox3d box = boxOf(triangles);
+  const Level& last = kLevels[std::size(kLevels) - 1];
   const double voxel = last.reach / kVoxelsPerReach;
   if (SignedDistanceGrid::cells(box, voxel) > last.most_cells) {
     const Vector3d size = box.sizes();
@@ -304,8 +312,7 @@ Result<std::vector<Hull>> divide(const std::vector<Triangle>& triangles) {
                      std::to_string(size.z()) + " m holds more than " +
                      std::to_string(static_cast<long>(last.most_cells)) + " voxels of 2 mm"};
   }
-  return Error{ErrorCode::kInvalidInput, "takes more than " + std::to_string(last.most_parts) +
-                                             " convex parts to be met to 5 mm"};
+  return true;
 }
 
 /// The mesh's triangles; what is wrong with it otherwise.
@@ -332,12 +339,21 @@ Result<std::vector<Triangle>> trianglesOf(const TriangleMesh& mesh) {
 }  // namespace
 }  // namespace decomposition
 
+Result<bool> divisible(const TriangleMesh& mesh) {
+  using namespace decomposition;
+  auto triangles = trianglesOf(mesh);
+  if (!triangles) return triangles.error();
+  turn(*triangles, cuttingAxes(*triangles).transpose());
+  return fitsAGrid(*triangles);
+}
+
 Result<std::vector<TriangleMesh>> convexParts(const TriangleMesh& mesh) {
   using namespace decomposition;
   auto triangles = trianglesOf(mesh);
   if (!triangles) return triangles.error();
   const Eigen::Matrix3d axes = cuttingAxes(*triangles);
   turn(*triangles, axes.transpose());
+  if (const auto fits = fitsAGrid(*triangles); !fits) return fits.error();
   const auto hulls = divide(*triangles);
   if (!hulls) return hulls.error();
   std::vector<TriangleMesh> parts;

@@ -29,6 +29,9 @@ inline constexpr double kMostReach = 0.005;
 /// than 200 000, a vertex that is not finite, a box larger than about 1 m^3, more than 512 parts.
 Result<std::vector<TriangleMesh>> convexParts(const TriangleMesh& mesh);
 
+/// What convexParts() refuses at once, without dividing; true otherwise.
+Result<bool> divisible(const TriangleMesh& mesh);
+
 /// convexParts(), or something that remembers its answers.
 using ConvexDecomposer = std::function<Result<std::vector<TriangleMesh>>(const TriangleMesh&)>;
 

@@ -10,9 +10,10 @@ namespace {
 using Eigen::VectorXd;
 
 constexpr double kLookAhead = 0.04;  // distances are asked for up to this [m]
-constexpr double kWidest = 1;        // opening that is looked for [m]
-constexpr int kMaxSteps = 200;       // of one joint's closing; seen: below 60
-constexpr double kLineSkin = 1e-4;   // fingers on their way to the contact stay this far off [m]
+constexpr double kExact = 0.002;  // nearer to the parts than this, the surface itself is asked [m]
+constexpr double kWidest = 1;     // opening that is looked for [m]
+constexpr int kMaxSteps = 200;    // of one joint's closing; seen: below 60
+constexpr double kLineSkin = 1e-4;  // fingers on their way to the contact stay this far off [m]
 constexpr double kOpenings[] = {0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 1.0};
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
@@ -27,7 +28,14 @@ double reachOf(const RobotModel& model, LinkId link) {
 }  // namespace
 
 FingerClosing::FingerClosing(const SceneObject& object, HandModel hand, const GraspRules& rules)
-    : hand_(std::move(hand)), rules_(rules), world_(handAndObject(object, hand_)) {
+    : hand_(std::move(hand)),
+      rules_(rules),
+      surface_(object),
+      grip_(surface_, hand_),
+      divided_(object.divided || std::any_of(hand_.model->links.begin(), hand_.model->links.end(),
+                                             [](const Link& link) { return link.divided; })),
+      object_parts_(object.shapes),
+      world_(handAndObject(object, hand_)) {
   const RobotModel& model = *hand_.model;
   const IdRange<LinkId> links(model.links.size());
   const CollisionScene& scene = world_.scene();
@@ -41,7 +49,8 @@ FingerClosing::FingerClosing(const SceneObject& object, HandModel hand, const Gr
   }
   for (const LinkId link : links) {
     link_body_.push_back(scene.linkBody(RobotId(0), link));
-    if (link_body_.back().valid()) bodies_.push_back(link_body_.back());
+    link_parts_.emplace_back(model.links[link].collision);
+    if (link_body_.back().valid()) links_.push_back(link);
   }
   // Pairs that are already close with the hand open stay as they are there: that is the hand's
   // build.
@@ -124,17 +133,38 @@ void FingerClosing::set(const Pose& X_OT, const VectorXd& q) {
   world_.setRobot(RobotId(0), X_WL_);
 }
 
-double FingerClosing::handToObject(double max, double enough) {
+template <typename Distance>
+double FingerClosing::handTo(double max, double enough, const Distance& distance) {
   double least = max;
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const auto found = world_.distance(bodies_[i], object_, least);
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    const auto found = distance(links_[i], least);
     if (!found) continue;
     least = found->distance;
     // The next pose is much like this one: what is nearest now spares most of the others then.
-    std::swap(bodies_[0], bodies_[i]);
+    std::swap(links_[0], links_[i]);
     if (least < enough) break;
   }
   return least;
+}
+
+double FingerClosing::handToParts(double max, double enough) {
+  return handTo(max, enough, [&](LinkId link, double least) {
+    return world_.distance(link_body_[link], object_, least);
+  });
+}
+
+double FingerClosing::handToSurface(double max, double enough) {
+  return handTo(max, enough, [&](LinkId link, double least) { return toSurface(link, least); });
+}
+
+std::optional<BodyDistance> FingerClosing::toSurface(LinkId link, double max) {
+  if (!divided_) return world_.distance(link_body_[link], object_, max);
+  // Parts cover the surface: it is no nearer than they are.
+  const Pose& X_OL = X_WL_[link];
+  const auto parts =
+      SurfaceTree::distance(link_parts_[link], X_OL, object_parts_, Pose::Identity(), max);
+  if (!parts || parts->distance > kExact) return parts;
+  return SurfaceTree::distance(grip_.link(link), X_OL, surface_.tree(), Pose::Identity(), max);
 }
 
 std::optional<double> FingerClosing::advance(const Pose& X_OT, const VectorXd& q, double far,
@@ -144,7 +174,7 @@ std::optional<double> FingerClosing::advance(const Pose& X_OT, const VectorXd& q
     const Eigen::Vector3d offset_T = -back * hand_.approach_T;
     set(X_OT * Eigen::Translation3d(offset_T), q);
     const double slack =
-        handToObject(kLookAhead + rules_.clearance, rules_.clearance) - rules_.clearance;
+        handToParts(kLookAhead + rules_.clearance, rules_.clearance) - rules_.clearance;
     if (slack < 0) return step == 0 ? std::nullopt : std::optional<double>(back + 1e-3);
     if (slack < 5e-4 || back <= near) return back;
     back = std::max(near, back - slack);
@@ -157,18 +187,21 @@ double FingerClosing::freeTravel(int dof) {
   for (const Mover& mover : movers_[at(dof)]) fastest = std::max(fastest, mover.reach);
   // Nobody is asked for more than would still shorten the travel.
   double travel = kLookAhead / fastest;
-  const auto shortened = [&](BodyId a, BodyId b, double speed, double needed) {
-    const auto found = world_.distance(a, b, travel * speed + needed);
+  const auto shortened = [&](const std::optional<BodyDistance>& found, double speed,
+                             double needed) {
     if (!found) return true;
     const double gap = found->distance - needed;
     travel = std::min(travel, gap / speed);
     return gap > rules_.gap_tolerance;
   };
   for (const Mover& mover : movers_[at(dof)]) {
-    if (!shortened(mover.body, object_, std::max(mover.reach, 1e-6), rules_.contact_gap)) return 0;
+    const double speed = std::max(mover.reach, 1e-6);
+    const auto near = toSurface(mover.link, travel * speed + rules_.contact_gap);
+    if (!shortened(near, speed, rules_.contact_gap)) return 0;
   }
   for (const SelfPair& pair : guarded_[at(dof)]) {
-    if (!shortened(pair.a, pair.b, fastest, pair.needed)) return 0;
+    const auto near = world_.distance(pair.a, pair.b, travel * fastest + pair.needed);
+    if (!shortened(near, fastest, pair.needed)) return 0;
   }
   return travel;
 }
@@ -206,8 +239,8 @@ std::vector<GraspContact> FingerClosing::contacts(const Pose& X_OT, const Vector
     const BodyId body = link_body_[link];
     if (!body.valid()) continue;
     const bool finger = is_finger_[link];
-    const auto near =
-        world_.distance(body, object_, finger ? rules_.contact_range : rules_.clearance - 1e-3);
+    const auto near = finger ? toSurface(link, rules_.contact_range)
+                             : world_.distance(body, object_, rules_.clearance - 1e-3);
     if (!near) continue;
     if (!finger || near->distance < 0.25 * rules_.contact_gap) return {};
     found.push_back({model.links[link].name, near->p_Wb, near->n_W});
@@ -216,7 +249,9 @@ std::vector<GraspContact> FingerClosing::contacts(const Pose& X_OT, const Vector
   for (std::size_t i = 0; i < found.size(); ++i) {
     for (std::size_t j = i + 1; j < found.size(); ++j) {
       if (std::max(distance[i], distance[j]) > rules_.opposing_range) continue;
-      if (found[i].n_O.dot(found[j].n_O) < std::cos(rules_.opposing_angle)) return found;
+      if (found[i].n_O.dot(found[j].n_O) < std::cos(rules_.opposing_angle)) {
+        return grip_.holds(X_WL_) ? found : std::vector<GraspContact>();
+      }
     }
   }
   return {};
@@ -225,18 +260,18 @@ std::vector<GraspContact> FingerClosing::contacts(const Pose& X_OT, const Vector
 bool FingerClosing::lineIsFree(const Pose& X_OT, const VectorXd& from, const VectorXd& to) {
   const VectorXd way = to - from;
   double speed = 1e-6;  // greatest of any link over the whole line
-  for (const BodyId body : bodies_) {
+  for (const LinkId link : links_) {
     double own = 0;
     for (std::size_t i = 0; i < movers_.size(); ++i) {
       for (const Mover& mover : movers_[i]) {
-        if (mover.body == body) own += mover.reach * std::abs(way[static_cast<Eigen::Index>(i)]);
+        if (mover.link == link) own += mover.reach * std::abs(way[static_cast<Eigen::Index>(i)]);
       }
     }
     speed = std::max(speed, own);
   }
   for (double s = 0; s < 1;) {
     set(X_OT, from + s * way);
-    const double slack = handToObject(kLookAhead, kLineSkin) - kLineSkin;
+    const double slack = handToSurface(kLookAhead, kLineSkin) - kLineSkin;
     if (slack < 0) return false;
     for (const SelfPair& pair : self_pairs_) {
       const auto near = world_.distance(pair.a, pair.b, pair.needed);
@@ -252,7 +287,7 @@ std::optional<VectorXd> FingerClosing::leastOpening(const Pose& X_OT, const Vect
   for (const double part : kOpenings) {
     const VectorXd opening = closed + part * (open - closed);
     set(X_OT, opening);
-    if (handToObject(rules_.clearance, rules_.clearance) < rules_.clearance) continue;
+    if (handToParts(rules_.clearance, rules_.clearance) < rules_.clearance) continue;
     const auto back = advance(X_OT, opening, rules_.retreat, 0.0);
     if (!back || *back > 0) continue;
     if (!lineIsFree(X_OT, closed, opening))
@@ -260,6 +295,13 @@ std::optional<VectorXd> FingerClosing::leastOpening(const Pose& X_OT, const Vect
     return opening;
   }
   return std::nullopt;
+}
+
+double handOpening(const RobotModel& model, ArmId arm) {
+  SceneObject speck;
+  speck.name = "speck";
+  speck.shapes = {{Pose::Identity(), SphereShape{1e-3}}};
+  return FingerClosing(speck, extractEndEffector(model, arm), GraspRules{}).opening();
 }
 
 }  // namespace handover

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // A hand beside an object: moves it up along the approach, closes its fingers until contact,
-// measures.
+// measures. An open hand keeps off the object's convex parts, as plans will; fingers close on its
+// own surface.
 #pragma once
 
 #include "core/collision/collision_scene.hpp"
 #include "core/grasp/grasp_set.hpp"
+#include "core/grasp/grip_rule.hpp"
 #include "core/grasp/hand_model.hpp"
+#include "core/grasp/object_surface.hpp"
 
 #include <optional>
 #include <vector>
@@ -29,6 +32,8 @@ struct GraspRules {
 class FingerClosing {
  public:
   FingerClosing(const SceneObject& object, HandModel hand, const GraspRules& rules);
+  FingerClosing(const FingerClosing&) = delete;
+  FingerClosing& operator=(const FingerClosing&) = delete;
 
   const HandModel& hand() const { return hand_; }
 
@@ -48,8 +53,8 @@ class FingerClosing {
   /// moves is at the object, or near another part of the hand, or at its closing end.
   Eigen::VectorXd close(const Pose& X_OT, const Eigen::VectorXd& open);
 
-  /// Contacts of finger links; empty unless two oppose and nothing else of the hand is near the
-  /// object.
+  /// Contacts of finger links; empty unless two oppose, by the grip rule too, and nothing else of
+  /// the hand is near the object.
   std::vector<GraspContact> contacts(const Pose& X_OT, const Eigen::VectorXd& closed);
 
   /// The least opening on the straight line from `closed` to `open` with which the hand can come
@@ -72,9 +77,16 @@ class FingerClosing {
   };
 
   void set(const Pose& X_OT, const Eigen::VectorXd& q);
-  /// Of the part of the hand nearest to the object, at most `max`; any part's below `enough` will
-  /// do.
-  double handToObject(double max, double enough);
+  /// Of the part of the hand nearest to the object's convex parts, at most `max`; any part's below
+  /// `enough` will do.
+  double handToParts(double max, double enough);
+  /// The same to the object's own surface, and only what is below 2 mm is exact: of what is farther
+  /// it may be too little.
+  double handToSurface(double max, double enough);
+  template <typename Distance>
+  double handTo(double max, double enough, const Distance& distance);
+  /// Distance of a link with shapes to the object's own surface, up to `max`: as handToSurface().
+  std::optional<BodyDistance> toSurface(LinkId link, double max);
   void closeJoint(const Pose& X_OT, int dof, Eigen::VectorXd& q);
   /// How much a joint may still move before anything it moves could touch. 0: it is there.
   double freeTravel(int dof);
@@ -82,10 +94,15 @@ class FingerClosing {
 
   HandModel hand_;
   GraspRules rules_;
+  ObjectSurface surface_;
+  GripRule grip_;
+  bool divided_;  ///< the object or a link of the hand: its parts are not its surface
+  SurfaceTree object_parts_;
+  std::vector<SurfaceTree> link_parts_;  // by link
   CollisionWorld world_;
   BodyId object_;
   std::vector<BodyId> link_body_;               // by link
-  std::vector<BodyId> bodies_;                  // of the hand
+  std::vector<LinkId> links_;                   // of the hand, that have shapes
   std::vector<bool> is_finger_;                 // by link
   std::vector<int> finger_;                     // by link: the first of Hand::fingers that moves it
   std::vector<std::vector<Mover>> movers_;      // by hand dof
@@ -93,5 +110,9 @@ class FingerClosing {
   std::vector<SelfPair> self_pairs_;
   std::vector<Pose> X_WL_;
 };
+
+/// How far apart the fingers of an arm's hand are at most with the hand open [m]; 0: it has fewer
+/// than two. @throws std::invalid_argument as extractEndEffector().
+double handOpening(const RobotModel& model, ArmId arm);
 
 }  // namespace handover

@@ -48,10 +48,12 @@ class FingerGrasps : public GraspMaker {
 
   std::string whyNone() override {
     const Vector3d size = 1e3 * extent_.box;
-    char text[160];
-    std::snprintf(text, sizeof(text),
-                  "fingers that open to %.0f mm hold it nowhere; its box is %.0f x %.0f x %.0f mm",
-                  1e3 * closer_.opening(), size.x(), size.y(), size.z());
+    char text[192];
+    std::snprintf(
+        text, sizeof(text),
+        "fingers that open to %.0f mm, with %.0f mm of room on each side, hold it nowhere; "
+        "its box is %.4g x %.4g x %.4g mm",
+        1e3 * closer_.opening(), 1e3 * GraspRules{}.clearance, size.x(), size.y(), size.z());
     return text;
   }
 

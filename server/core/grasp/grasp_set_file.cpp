@@ -71,6 +71,12 @@ class Hasher {
     for (const Shape& shape : shapes) add(shape);
   }
 
+  /// Nothing where shapes are all there is.
+  void add(const std::shared_ptr<const DividedBodies>& divided) {
+    if (!divided) return;
+    for (const DividedBody& body : *divided) add(body.hash);
+  }
+
   void add(const Shape& shape) {
     add(shape.X_BS);
     add(static_cast<std::uint64_t>(shape.geometry.index()));
@@ -124,6 +130,7 @@ void addHand(Hasher& hash, const RobotModel& model, const Arm& arm) {
     if (!beyond[l]) continue;
     hash.add(model.links[l].name);
     hash.add(model.links[l].collision);
+    hash.add(model.links[l].divided);
     if (l == root) continue;
     const Joint& joint = model.joints[model.links[l].parent_joint];
     hash.add(model.links[joint.parent_link].name);
@@ -302,6 +309,7 @@ std::uint64_t graspSetHash(const SceneObject& object, const RobotModel& model, A
   hash.add(kGeneratorVersion);
   hash.add(object.name);
   hash.add(object.shapes);
+  hash.add(object.divided);
   hash.add(model.name);
   hash.add(model.links[a.tool_link].name);
   hash.add(a.approach_axis);

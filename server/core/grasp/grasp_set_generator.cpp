@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/grasp/grasp_maker.hpp"
+#include "core/grasp/object_surface.hpp"
 #include "core/grasp/thinning.hpp"
 
 #include <algorithm>
@@ -73,7 +74,7 @@ Result<GraspSet> generateGrasps(const SceneObject& object, const RobotModel& mod
   if (auto fault = faultOf(object, model, arm, params)) return *fault;
   SamplingParams sampling;
   sampling.seed = params.seed;
-  const std::vector<SurfaceSample> samples = sampleSurface(object.shapes, sampling);
+  const std::vector<SurfaceSample> samples = sampleSurface(ObjectSurface(object), sampling);
   const Arm& a = model.arms[arm];
   GraspSet set;
   set.object = object.name;

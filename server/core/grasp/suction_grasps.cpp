@@ -37,7 +37,7 @@ class SuctionGrasps : public GraspMaker {
       : hand_(std::move(hand)),
         params_(params),
         extent_(extent),
-        surface_(object.shapes),
+        surface_(object),
         radius_(hand_.hand.suction->radius),
         world_(handAndObject(object, hand_)),
         object_(world_.scene().objectBody(ObjectId(0))) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/grasp/surface_samples.hpp"
 
+#include "core/grasp/object_surface.hpp"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -98,53 +100,78 @@ void addPlanes(ConvexPart& part) {
   }
 }
 
+/// A triangle of an exact shape or of a divided body.
 struct Facet {
-  std::size_t part = 0, triangle = 0;
+  std::array<Vector3d, 3> corners;
+  int shape = -1, body = -1;
   double area_before = 0;  // of the facets before it
+
+  Vector3d area() const { return 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]); }
+};
+
+std::vector<Facet> facetsOf(const ObjectSurface& surface) {
+  std::vector<Facet> facets;
+  double area = 0;
+  const auto add = [&](const auto& mesh, int shape, int body) {
+    for (const auto& t : mesh.triangles) {
+      const auto corner = [&](std::size_t k) {
+        return mesh.vertices[static_cast<std::size_t>(t[k])];
+      };
+      facets.push_back({{corner(0), corner(1), corner(2)}, shape, body, area});
+      area += facets.back().area().norm();
+    }
+  };
+  for (std::size_t p = 0; p < surface.parts().size(); ++p) {
+    add(surface.parts()[p], static_cast<int>(p), -1);
+  }
+  for (std::size_t b = 0; b < surface.divided().size(); ++b) {
+    add(surface.divided()[b].surface, -1, static_cast<int>(b));
+  }
+  return facets;
+}
+
+struct PoolPoint {
+  SurfaceSample sample;
+  int shape = -1, body = -1;
 };
 
 /// `count` points spread by area: stratified over the list of facets, a low-discrepancy sequence
 /// within.
-std::vector<std::pair<std::size_t, SurfaceSample>> poolPoints(const std::vector<Shape>& shapes,
-                                                              const std::vector<ConvexPart>& parts,
-                                                              int count, std::uint64_t seed) {
-  std::vector<Facet> facets;
-  double area = 0;
-  for (std::size_t p = 0; p < parts.size(); ++p) {
-    for (std::size_t t = 0; t < parts[p].triangles.size(); ++t) {
-      facets.push_back({p, t, area});
-      area += areaVector(parts[p], parts[p].triangles[t]).norm();
-    }
-  }
+std::vector<PoolPoint> poolPoints(const ObjectSurface& surface, int count, std::uint64_t seed) {
+  const std::vector<Facet> facets = facetsOf(surface);
+  const double area = facets.empty() ? 0 : facets.back().area_before + facets.back().area().norm();
   // The plastic number's R2 sequence, shifted by the seed.
   const double shift = std::fmod(static_cast<double>(seed % 1000003) * 0.6180339887498949, 1.0);
-  std::vector<std::pair<std::size_t, SurfaceSample>> points;
+  std::vector<PoolPoint> points;
   std::size_t f = 0;
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < count && area > 0; ++i) {
     const double target = area * (i + 0.5) / count;
     while (f + 1 < facets.size() && facets[f + 1].area_before <= target) ++f;
-    const ConvexPart& part = parts[facets[f].part];
-    const auto& t = part.triangles[facets[f].triangle];
     double u = std::fmod(shift + 0.7548776662466927 * (i + 1), 1.0);
     double v = std::fmod(shift + 0.5698402909980532 * (i + 1), 1.0);
     if (u + v > 1) u = 1 - u, v = 1 - v;
-    const Vector3d& a = part.vertices[static_cast<std::size_t>(t[0])];
-    const Vector3d& b = part.vertices[static_cast<std::size_t>(t[1])];
-    const Vector3d& c = part.vertices[static_cast<std::size_t>(t[2])];
-    const SurfaceSample facet{a + u * (b - a) + v * (c - a), areaVector(part, t).normalized()};
-    points.emplace_back(facets[f].part, ontoShape(shapes[facets[f].part], facet));
+    const auto& [a, b, c] = facets[f].corners;
+    SurfaceSample sample{a + u * (b - a) + v * (c - a), facets[f].area().normalized()};
+    if (facets[f].shape >= 0) {
+      sample =
+          ontoShape(surface.tree().shapes()[static_cast<std::size_t>(facets[f].shape)], sample);
+    }
+    points.push_back({sample, facets[f].shape, facets[f].body});
   }
   return points;
 }
 
-bool exposed(const SurfaceSample& s, std::size_t own, const std::vector<ConvexPart>& parts,
-             double free_length) {
-  for (std::size_t j = 0; j < parts.size(); ++j) {
-    if (j == own) continue;
-    if (parts[j].contains(s.p_O + kSkin * s.n_O, 0.0)) return false;
-    if (parts[j].meetsSegment(s.p_O + kSkin * s.n_O, s.p_O + free_length * s.n_O)) return false;
+bool exposed(const PoolPoint& point, const ObjectSurface& surface, double free_length) {
+  const SurfaceSample& s = point.sample;
+  const Vector3d near = s.p_O + kSkin * s.n_O, far = s.p_O + free_length * s.n_O;
+  for (std::size_t j = 0; j < surface.parts().size(); ++j) {
+    if (static_cast<int>(j) == point.shape) continue;
+    if (surface.parts()[j].meetsSegment(near, far)) return false;
   }
-  return true;
+  bool again = false;
+  surface.tree().forEachCrossing(near, far,
+                                 [&](const SurfaceTree::Piece&, double) { again = true; });
+  return !again && !surface.inside(near, point.shape, point.body);
 }
 
 }  // namespace
@@ -205,13 +232,11 @@ SurfaceSample ontoShape(const Shape& shape, const SurfaceSample& facet) {
   return facet;
 }
 
-std::vector<SurfaceSample> sampleSurface(const std::vector<Shape>& shapes_O,
+std::vector<SurfaceSample> sampleSurface(const ObjectSurface& surface,
                                          const SamplingParams& params) {
-  std::vector<ConvexPart> parts;
-  for (const Shape& shape : shapes_O) parts.push_back(toConvexPart(shape));
   std::vector<SurfaceSample> pool;
-  for (const auto& [part, sample] : poolPoints(shapes_O, parts, params.pool, params.seed)) {
-    if (exposed(sample, part, parts, params.free_length)) pool.push_back(sample);
+  for (const PoolPoint& point : poolPoints(surface, params.pool, params.seed)) {
+    if (exposed(point, surface, params.free_length)) pool.push_back(point.sample);
   }
   // Greedy farthest points: the next sample is the one farthest from all chosen so far.
   std::vector<SurfaceSample> samples;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Even samples on the surface of an object made of convex parts ([paper] §V).
+// Even samples on the surface of an object ([paper] §V).
 #pragma once
 
 #include "core/model/shape.hpp"
@@ -43,10 +43,12 @@ struct SamplingParams {
   std::uint64_t seed = 1;
 };
 
+class ObjectSurface;
+
 /// Samples in farthest-point order, so that every prefix is even over the surface. Dropped are
-/// points inside or on another part, and points whose normal meets the object again within
+/// points inside or on another body, and points whose normal meets the object again within
 /// `free_length` (the inside of a cup). Deterministic.
-std::vector<SurfaceSample> sampleSurface(const std::vector<Shape>& shapes_O,
+std::vector<SurfaceSample> sampleSurface(const ObjectSurface& surface,
                                          const SamplingParams& params);
 
 }  // namespace handover

@@ -2,8 +2,8 @@
 // A robot as fixed arrays in topological order: immutable after loading and shared by all workers.
 #pragma once
 
+#include "core/model/body_shapes.hpp"
 #include "core/model/id.hpp"
-#include "core/model/shape.hpp"
 
 #include <handover/common/pose.hpp>
 
@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -56,6 +57,7 @@ struct Link {
   std::string name;
   JointId parent_joint;  ///< none for the root
   std::vector<Shape> collision;
+  std::shared_ptr<const DividedBodies> divided = {};  ///< of `collision`; null: none
 };
 
 /// A suction gripper: a cup without joints.

@@ -89,6 +89,9 @@ void add(ContentHash& hash, const TaskRest& rest) {
 
 void add(ContentHash& hash, const SceneObject& object, const Pose& X_WO) {
   hash.add(object.name).add(object.shapes).add(X_WO);
+  if (object.divided) {
+    for (const DividedBody& body : *object.divided) hash.add(body.hash);
+  }
   hash.add(object.attached_to ? 1 : 0);
   if (object.attached_to) {
     const Attachment& held = *object.attached_to;

@@ -36,9 +36,10 @@ struct Attachment {
 
 struct SceneObject {
   std::string name;
-  Geometry geometry;             ///< as described, for the plan file
-  std::vector<Shape> shapes;     ///< convex parts of it, in O
-  Pose X_WO = Pose::Identity();  ///< from the attachment when attached
+  Geometry geometry;                                  ///< as described, for the plan file
+  std::vector<Shape> shapes;                          ///< convex parts of it, in O
+  std::shared_ptr<const DividedBodies> divided = {};  ///< of `shapes`, in O; null: none
+  Pose X_WO = Pose::Identity();                       ///< from the attachment when attached
   std::optional<Attachment> attached_to;
   std::vector<std::string> resting;  ///< objects that it may touch at rest
   /// Wanted numbers of grasps by robot and hand; no part of sceneHash().

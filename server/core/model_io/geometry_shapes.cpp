@@ -16,40 +16,49 @@ struct ShapeMaker {
   const std::filesystem::path& root;
   const ConvexDecomposer& divide;
 
-  std::vector<Shape> operator()(const BoxGeometry& box) const {
-    return {atOrigin(BoxShape{vectorOf(box.size)})};
+  BodyShapes operator()(const BoxGeometry& box) const {
+    return {{atOrigin(BoxShape{vectorOf(box.size)})}, {}};
   }
 
-  std::vector<Shape> operator()(const SphereGeometry& sphere) const {
-    return {atOrigin(SphereShape{sphere.radius})};
+  BodyShapes operator()(const SphereGeometry& sphere) const {
+    return {{atOrigin(SphereShape{sphere.radius})}, {}};
   }
 
-  std::vector<Shape> operator()(const CylinderGeometry& cylinder) const {
-    return {atOrigin(CylinderShape{cylinder.radius, cylinder.length})};
+  BodyShapes operator()(const CylinderGeometry& cylinder) const {
+    return {{atOrigin(CylinderShape{cylinder.radius, cylinder.length})}, {}};
   }
 
-  std::vector<Shape> operator()(const MeshGeometry& mesh) const {
-    return readConvexMesh(root / mesh.path, vectorOf(mesh.scale), divide);
+  BodyShapes operator()(const MeshGeometry& mesh) const {
+    return readMeshBodies(root / mesh.path, vectorOf(mesh.scale), divide);
   }
 
-  std::vector<Shape> operator()(const CompoundGeometry& compound) const {
-    std::vector<Shape> shapes;
+  BodyShapes operator()(const CompoundGeometry& compound) const {
+    BodyShapes whole;
     for (const GeometryPart& part : compound.parts) {
-      const Pose X_OS = toPose(part.X_OS);
-      for (Shape& shape : shapesOf(part.geometry, root, divide)) {
-        shape.X_BS = X_OS * shape.X_BS;
-        shapes.push_back(std::move(shape));
-      }
+      append(bodyShapesOf(part.geometry, root, divide), toPose(part.X_OS), whole);
     }
-    return shapes;
+    return whole;
   }
 };
 
 }  // namespace
 
-std::vector<Shape> shapesOf(const Geometry& geometry, const std::filesystem::path& root,
-                            const ConvexDecomposer& divide) {
+BodyShapes bodyShapesOf(const Geometry& geometry, const std::filesystem::path& root,
+                        const ConvexDecomposer& divide) {
   return std::visit(ShapeMaker{root, divide}, geometry);
+}
+
+void append(BodyShapes part, const Pose& X_WholePart, BodyShapes& whole) {
+  const int first = static_cast<int>(whole.shapes.size());
+  for (Shape& shape : part.shapes) {
+    shape.X_BS = X_WholePart * shape.X_BS;
+    whole.shapes.push_back(std::move(shape));
+  }
+  for (DividedBody& body : part.divided) {
+    for (Eigen::Vector3d& vertex : body.surface.vertices) vertex = X_WholePart * vertex;
+    body.first_shape += first;
+    whole.divided.push_back(std::move(body));
+  }
 }
 
 }  // namespace handover

@@ -2,19 +2,21 @@
 #pragma once
 
 #include "core/decomposition/convex_decomposition.hpp"
-#include "core/model/shape.hpp"
+#include "core/model/body_shapes.hpp"
 
 #include <handover/common/geometry.hpp>
 
 #include <filesystem>
-#include <vector>
 
 namespace handover {
 
-/// The convex shapes of a geometry, in the geometry's own frame. Mesh paths stand on `root`;
-/// `divide` is for those that are not convex.
+/// A geometry as convex shapes, with the surfaces that they only approach, in the geometry's own
+/// frame. Mesh paths stand on `root`; `divide` is for bodies that are not convex.
 /// @throws FileError when a mesh cannot be used.
-std::vector<Shape> shapesOf(const Geometry& geometry, const std::filesystem::path& root,
-                            const ConvexDecomposer& divide = convexParts);
+BodyShapes bodyShapesOf(const Geometry& geometry, const std::filesystem::path& root,
+                        const ConvexDecomposer& divide = convexParts);
+
+/// Adds a part to what a link or an object is made of, at its pose there.
+void append(BodyShapes part, const Pose& X_WholePart, BodyShapes& whole);
 
 }  // namespace handover

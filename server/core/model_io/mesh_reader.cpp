@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/model_io/mesh_reader.hpp"
 
+#include "core/decomposition/decomposition_file.hpp"
+#include "core/decomposition/surface_bodies.hpp"
 #include "core/model_io/file_fault.hpp"
 #include "core/model_io/file_text.hpp"
 #include "core/model_io/mesh_checker.hpp"
@@ -16,10 +18,9 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <map>
-#include <set>
 #include <string>
 #include <system_error>
+#include <unordered_map>
 
 namespace handover {
 namespace {
@@ -33,6 +34,7 @@ constexpr std::uintmax_t kMaxTotalMib = 512;
 constexpr std::size_t kMaxPartVertices = 8192;
 constexpr double kMergeDistance = 1e-7;    // [m]
 constexpr double kConvexTolerance = 1e-4;  // [m], of bodies up to 1 m; relative to the size above
+constexpr double kFlat = 1.7e-10;          // volume over size cubed: no solid
 /// Planes of thinner triangles than this are noise.
 constexpr double kMinTriangleHeight = 1e-5;  // [m]
 
@@ -47,64 +49,58 @@ Eigen::Matrix4d matrixOf(const aiMatrix4x4& m) {
   return out;
 }
 
-/// Gives equal indices to points that lie within kMergeDistance of each other, first come first
-/// kept.
-class VertexMerger {
+/// Gives one place to points that lie within kMergeDistance of each other, first come first kept.
+class PlaceMerger {
  public:
-  explicit VertexMerger(ConvexShape& shape) : shape_(shape) {}
-
-  int indexOf(const Eigen::Vector3d& p) {
+  Eigen::Vector3d placeOf(const Eigen::Vector3d& p) {
     const Cell cell = cellOf(p);
+    // Most points come several times, exactly the same.
+    if (const Eigen::Vector3d* known = lookUp(cell, p)) return *known;
     for (long dx = -1; dx <= 1; ++dx) {
       for (long dy = -1; dy <= 1; ++dy) {
         for (long dz = -1; dz <= 1; ++dz) {
-          const int known = lookUp({cell[0] + dx, cell[1] + dy, cell[2] + dz}, p);
-          if (known >= 0) return known;
+          const Eigen::Vector3d* known = lookUp({cell[0] + dx, cell[1] + dy, cell[2] + dz}, p);
+          if (known != nullptr) return *known;
         }
       }
     }
-    const int fresh = static_cast<int>(shape_.vertices.size());
-    shape_.vertices.push_back(p);
-    cells_[cell].push_back(fresh);
-    return fresh;
+    cells_[cell].push_back(p);
+    return p;
   }
 
  private:
   using Cell = std::array<long, 3>;
+
+  struct CellHash {
+    std::size_t operator()(const Cell& cell) const {
+      std::size_t hash = 0;
+      for (const long k : cell) {
+        hash = (hash ^ static_cast<std::size_t>(k)) * 0x9E3779B97F4A7C15;
+        hash ^= hash >> 29;
+      }
+      return hash;
+    }
+  };
 
   static Cell cellOf(const Eigen::Vector3d& p) {
     return {std::lround(p.x() / kMergeDistance), std::lround(p.y() / kMergeDistance),
             std::lround(p.z() / kMergeDistance)};
   }
 
-  int lookUp(const Cell& cell, const Eigen::Vector3d& p) const {
+  const Eigen::Vector3d* lookUp(const Cell& cell, const Eigen::Vector3d& p) const {
     const auto found = cells_.find(cell);
-    if (found == cells_.end()) return -1;
-    for (const int index : found->second) {
-      if ((shape_.vertices[static_cast<std::size_t>(index)] - p).norm() <= kMergeDistance) {
-        return index;
-      }
+    if (found == cells_.end()) return nullptr;
+    for (const Eigen::Vector3d& known : found->second) {
+      if ((known - p).norm() <= kMergeDistance) return &known;
     }
-    return -1;
+    return nullptr;
   }
 
-  ConvexShape& shape_;
-  std::map<Cell, std::vector<int>> cells_;
+  std::unordered_map<Cell, std::vector<Eigen::Vector3d>, CellHash> cells_;
 };
 
 Eigen::Vector3d vertexAt(const ConvexShape& shape, int index) {
   return shape.vertices[static_cast<std::size_t>(index)];
-}
-
-/// Six times the volume within the triangles; negative when they are inside out.
-double signedVolume(const ConvexShape& shape) {
-  const Eigen::Vector3d origin = shape.vertices.front();
-  double volume = 0;
-  for (const auto& t : shape.triangles) {
-    volume += (vertexAt(shape, t[0]) - origin)
-                  .dot((vertexAt(shape, t[1]) - origin).cross(vertexAt(shape, t[2]) - origin));
-  }
-  return volume;
 }
 
 double extentOf(const ConvexShape& shape) {
@@ -114,19 +110,6 @@ double extentOf(const ConvexShape& shape) {
     high = high.cwiseMax(v);
   }
   return (high - low).norm();
-}
-
-/// Every edge is used once in each direction: no hole, no third wing.
-bool isClosed(const ConvexShape& shape) {
-  std::set<std::pair<int, int>> edges;
-  for (const auto& t : shape.triangles) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (!edges.emplace(t[i], t[(i + 1) % 3]).second) return false;
-    }
-  }
-  return std::all_of(edges.begin(), edges.end(), [&edges](const auto& edge) {
-    return edges.contains({edge.second, edge.first});
-  });
 }
 
 /// How far the worst vertex stands out of the worst face's plane [m].
@@ -144,13 +127,12 @@ double worstBulge(const ConvexShape& shape) {
   return worst;
 }
 
-/// True for the closed surface of a convex body. Turns its triangles outward.
-bool isConvex(ConvexShape& shape) {
-  if (shape.vertices.size() > kMaxPartVertices || !isClosed(shape)) return false;
-  const double volume = signedVolume(shape), extent = extentOf(shape);
-  if (std::abs(volume) < 1e-9 * extent * extent * extent) return false;
-  if (volume < 0) {
-    for (auto& t : shape.triangles) std::swap(t[1], t[2]);
+/// Whether a closed body, wound outward, is convex.
+bool isConvex(const ConvexShape& shape) {
+  if (shape.vertices.size() > kMaxPartVertices) return false;
+  const double extent = extentOf(shape);
+  if (signedVolume({shape.vertices, shape.triangles}) < kFlat * extent * extent * extent) {
+    return false;
   }
   return worstBulge(shape) <= kConvexTolerance * std::max(1.0, extent);
 }
@@ -162,62 +144,77 @@ class PartCollector {
                 const ConvexDecomposer& divide)
       : file_(file), scene_(scene), scale_(scale), divide_(divide) {}
 
-  std::vector<Shape> collect() {
+  BodyShapes collect() {
     visit(*scene_.mRootNode, Eigen::Matrix4d::Identity());
-    if (parts_.empty() && faults_.empty()) refuse(file_, "holds no triangles");
+    if (out_.shapes.empty() && faults_.empty()) refuse(file_, "holds no triangles");
     if (!faults_.empty()) throw FileError(std::move(faults_));
-    return std::move(parts_);
+    return std::move(out_);
   }
 
  private:
   void visit(const aiNode& node, const Eigen::Matrix4d& above) {
     const Eigen::Matrix4d transform = above * matrixOf(node.mTransformation);
-    for (unsigned i = 0; i < node.mNumMeshes; ++i) addMesh(node, node.mMeshes[i], transform);
+    addBodies(node, transform);
     for (unsigned i = 0; i < node.mNumChildren; ++i) visit(*node.mChildren[i], transform);
   }
 
-  void addMesh(const aiNode& node, unsigned mesh_index, const Eigen::Matrix4d& transform) {
-    if (mesh_index >= scene_.mNumMeshes) refuse(file_, "is damaged");
-    const aiMesh& mesh = *scene_.mMeshes[mesh_index];
-    if (parts_.size() + faults_.size() >= kMaxMeshParts) {
+  /// A file's materials cut a node into meshes; its bodies don't care.
+  void addBodies(const aiNode& node, const Eigen::Matrix4d& transform) {
+    PlaceMerger places;
+    std::vector<TriangleMesh> pieces;
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+      if (node.mMeshes[i] >= scene_.mNumMeshes) refuse(file_, "is damaged");
+      const aiMesh& mesh = *scene_.mMeshes[node.mMeshes[i]];
+      if ((triangles_ += mesh.mNumFaces) > kMaxMeshTriangles) {
+        refuse(file_, "has more than " + std::to_string(kMaxMeshTriangles) + " triangles");
+      }
+      pieces.push_back(placedPiece(mesh, transform, places));
+    }
+    for (SurfaceBody& body : bodiesOf(pieces)) addBody(nameOf(node), std::move(body));
+  }
+
+  std::string nameOf(const aiNode& node) const {
+    const aiString& of_mesh = scene_.mMeshes[node.mMeshes[0]]->mName;
+    return of_mesh.length > 0 ? of_mesh.C_Str() : node.mName.C_Str();
+  }
+
+  void addBody(const std::string& name, SurfaceBody body) {
+    if (out_.shapes.size() + faults_.size() >= kMaxMeshParts) {
       refuse(file_, "has more than " + std::to_string(kMaxMeshParts) + " parts");
     }
-    if ((triangles_ += mesh.mNumFaces) > kMaxMeshTriangles) {
-      refuse(file_, "has more than " + std::to_string(kMaxMeshTriangles) + " triangles");
+    if (body.open_edges == 0) {
+      ConvexShape whole{body.mesh.vertices, body.mesh.triangles};
+      if (isConvex(whole)) return out_.shapes.push_back({Pose::Identity(), std::move(whole)});
     }
-    ConvexShape part = mergedPart(mesh, transform);
-    if (part.triangles.empty()) return;
-    if (isConvex(part)) {
-      parts_.push_back(Shape{Pose::Identity(), std::move(part)});
+    auto parts = divide_(body.mesh);
+    if (!parts) {
+      faults_.push_back({file_.string(), 0, "part '" + name + "' " + parts.error().detail});
       return;
     }
-    auto divided = divide_({std::move(part.vertices), std::move(part.triangles)});
-    if (!divided) {
-      const char* name = mesh.mName.length > 0 ? mesh.mName.C_Str() : node.mName.C_Str();
-      faults_.push_back(
-          {file_.string(), 0, "part '" + std::string(name) + "' " + divided.error().detail});
-      return;
-    }
-    for (TriangleMesh& piece : *divided) {
-      parts_.push_back(
-          {Pose::Identity(), ConvexShape{std::move(piece.vertices), std::move(piece.triangles)}});
+    const std::uint64_t hash = partsHash(body.mesh);
+    out_.divided.push_back({std::move(body.mesh), body.open_edges, hash,
+                            static_cast<int>(out_.shapes.size()), static_cast<int>(parts->size())});
+    for (TriangleMesh& part : *parts) {
+      out_.shapes.push_back(
+          {Pose::Identity(), ConvexShape{std::move(part.vertices), std::move(part.triangles)}});
     }
   }
 
-  ConvexShape mergedPart(const aiMesh& mesh, const Eigen::Matrix4d& transform) const {
-    ConvexShape part;
-    VertexMerger merger(part);
+  TriangleMesh placedPiece(const aiMesh& mesh, const Eigen::Matrix4d& transform,
+                           PlaceMerger& places) const {
+    TriangleMesh piece;
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
       const aiFace& face = mesh.mFaces[f];
       if (face.mNumIndices != 3) continue;  // points and lines
-      std::array<int, 3> t{};
+      const int first = static_cast<int>(piece.vertices.size());
       for (unsigned i = 0; i < 3; ++i) {
         if (face.mIndices[i] >= mesh.mNumVertices) refuse(file_, "is damaged");
-        t[i] = merger.indexOf(placed(mesh.mVertices[face.mIndices[i]], transform));
+        piece.vertices.push_back(
+            places.placeOf(placed(mesh.mVertices[face.mIndices[i]], transform)));
       }
-      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) part.triangles.push_back(t);
+      piece.triangles.push_back({first, first + 1, first + 2});
     }
-    return part;
+    return piece;
   }
 
   Eigen::Vector3d placed(const aiVector3D& v, const Eigen::Matrix4d& transform) const {
@@ -235,7 +232,7 @@ class PartCollector {
   Eigen::Vector3d scale_;
   std::size_t triangles_ = 0;
   const ConvexDecomposer& divide_;
-  std::vector<Shape> parts_;
+  BodyShapes out_;
   std::vector<FileFault> faults_;
 };
 
@@ -307,8 +304,8 @@ MeshFormat formatOf(const fs::path& file) {
 
 }  // namespace
 
-std::vector<Shape> readConvexMesh(const fs::path& file, const Eigen::Vector3d& scale,
-                                  const ConvexDecomposer& divide) {
+BodyShapes readMeshBodies(const fs::path& file, const Eigen::Vector3d& scale,
+                          const ConvexDecomposer& divide) {
   const MeshFormat format = formatOf(file);
   const Result<std::string> text = readFileText(file, kMaxMib);
   if (!text) refuse(file, text.error().detail);
@@ -326,6 +323,11 @@ std::vector<Shape> readConvexMesh(const fs::path& file, const Eigen::Vector3d& s
     refuse(file, "cannot be read as a mesh" + (detail.empty() ? "" : ": " + detail));
   }
   return PartCollector(file, *scene, scale, divide).collect();
+}
+
+std::vector<Shape> readConvexMesh(const fs::path& file, const Eigen::Vector3d& scale,
+                                  const ConvexDecomposer& divide) {
+  return readMeshBodies(file, scale, divide).shapes;
 }
 
 std::string MeshTotal::add(const fs::path& file) {

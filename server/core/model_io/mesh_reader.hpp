@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/decomposition/convex_decomposition.hpp"
-#include "core/model/shape.hpp"
+#include "core/model/body_shapes.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -12,9 +12,14 @@
 namespace handover {
 
 /// Reads STL, OBJ or DAE into convex shapes in the mesh's own frame, with units and node transforms
-/// honoured and `scale` applied. A mesh node that is convex is one shape, as it is; any other
-/// becomes what `divide` makes of it.
+/// honoured and `scale` applied. The bodies of each node, whatever materials cut it into
+/// (bodiesOf()): one that is convex is one shape, as it is; any other becomes what `divide` makes
+/// of it.
 /// @throws FileError naming the file and what is wrong with it.
+BodyShapes readMeshBodies(const std::filesystem::path& file, const Eigen::Vector3d& scale,
+                          const ConvexDecomposer& divide = convexParts);
+
+/// The shapes alone.
 std::vector<Shape> readConvexMesh(const std::filesystem::path& file, const Eigen::Vector3d& scale,
                                   const ConvexDecomposer& divide = convexParts);
 

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <set>
 
@@ -18,6 +19,9 @@ namespace handover {
 namespace {
 
 constexpr int kMaxArmJoints = 8;
+/// A request's speed is bounded so, too: motions below are slips of units, and take samples without
+/// end. [rad/s or m/s]
+constexpr double kLeastVelocity = 1e-3;
 constexpr double kCupTilt = 0.5 * M_PI / 180;  // of a cup's axis off the approach axis [rad]
 
 std::string sha256(const std::filesystem::path& file) {
@@ -52,8 +56,12 @@ void limitChanges(const Settings& settings, Joint& joint) {
 class RobotAssembler {
  public:
   RobotAssembler(const RobotSettings& settings, RobotModel& model, const SrdfModel& srdf,
-                 std::vector<FileFault>& faults)
-      : settings_(settings), model_(model), srdf_(srdf), faults_(faults) {}
+                 std::vector<int> limit_lines, std::vector<FileFault>& faults)
+      : settings_(settings),
+        model_(model),
+        srdf_(srdf),
+        limit_lines_(std::move(limit_lines)),
+        faults_(faults) {}
 
   /// Arms only where the SRDF had no fault: without the right groups much else would seem wrong.
   void assemble(bool groups_known) {
@@ -150,10 +158,22 @@ class RobotAssembler {
     }
     for (const DofId dof : hand.dofs) {
       limitChanges(settings, jointOf(dof));
-      if (jointOf(dof).velocity <= 0) {
-        fault(key + ".open", "joint '" + jointOf(dof).name + "' has no velocity limit in the URDF");
-      }
+      checkVelocity(key + ".open", model_.dof_joints[dof]);
     }
+  }
+
+  void checkVelocity(const std::string& key, JointId index) {
+    const Joint& joint = model_.joints[index];
+    if (joint.velocity <= 0) {
+      return fault(key, "joint '" + joint.name + "' has no velocity limit in the URDF");
+    }
+    if (joint.velocity >= kLeastVelocity) return;
+    char figures[96];
+    std::snprintf(figures, sizeof(figures), "has a velocity limit of %.3g %s, below %.3g",
+                  joint.velocity, joint.type == JointType::kPrismatic ? "m/s" : "rad/s",
+                  kLeastVelocity);
+    faults_.push_back({(settings_.root / settings_.urdf).string(), limit_lines_.at(index),
+                       "<joint> '" + joint.name + "' " + figures});
   }
 
   DofId independentDof(const std::string& key, const std::string& joint_name) {
@@ -178,7 +198,8 @@ class RobotAssembler {
     const auto at = std::find(hand.dofs.begin(), hand.dofs.end(), it.dof);
     if (it.mimic || at == hand.dofs.end()) return;
     if (!withinWrittenLimits(it, position)) {
-      return fault(key, "joint '" + name + "' is outside its limits");
+      return fault(key,
+                   "joint '" + name + "' is outside its limits: " + besideLimits(it, position));
     }
     posture[at - hand.dofs.begin()] = std::clamp(position, it.lower, it.upper);
   }
@@ -264,9 +285,7 @@ class RobotAssembler {
         fault(key, at + " has the mimic joint '" + joint.name + "'");
         return false;
       }
-      if (joint.velocity <= 0) {
-        fault(key, "joint '" + joint.name + "' has no velocity limit in the URDF");
-      }
+      checkVelocity(key, index);
       limitChanges(settings, joint);
       arm.joints.push_back(index);
       arm.dofs.push_back(joint.dof);
@@ -359,6 +378,7 @@ class RobotAssembler {
   const RobotSettings& settings_;
   RobotModel& model_;
   const SrdfModel& srdf_;
+  std::vector<int> limit_lines_;
   std::vector<FileFault>& faults_;
 };
 
@@ -383,7 +403,7 @@ RobotModel loadRobot(const RobotSettings& settings, const ConvexDecomposer& divi
   model.links = std::move(urdf.links);
   model.joints = std::move(urdf.joints);
   model.dof_joints = std::move(urdf.dof_joints);
-  RobotAssembler(settings, model, srdf, faults).assemble(groups_known);
+  RobotAssembler(settings, model, srdf, std::move(urdf.limit_lines), faults).assemble(groups_known);
   if (!faults.empty()) throw FileError(std::move(faults));
   model.content_hash = modelHash(model);
   return model;

@@ -187,8 +187,8 @@ class SrdfReader {
         return faults_.add(e, "<group_state> '" + name + "': joint '" + it.name + "' is fixed");
       }
       if (!withinWrittenLimits(it, *value)) {
-        faults_.add(e,
-                    "<group_state> '" + name + "': joint '" + it.name + "' is outside its limits");
+        faults_.add(e, "<group_state> '" + name + "': joint '" + it.name +
+                           "' is outside its limits: " + besideLimits(it, *value));
       }
       checkMembership(element, e, joint);
       if (const auto [known, added] = state.emplace(joint, *value);

@@ -24,7 +24,7 @@ constexpr double kMaxLimit = 1e9, kAnyNumber = std::numeric_limits<double>::max(
 /// A joint as written.
 struct WrittenJoint {
   std::string name, type, parent, child, master;
-  int line = 0, mimic_line = 0;
+  int line = 0, mimic_line = 0, limit_line = 0;
 };
 
 struct WrittenLink {
@@ -244,7 +244,7 @@ class UrdfChecker {
       return faults_.add(form, at + ": " + fault);
     }
     try {
-      checked_.meshes.emplace(key, readConvexMesh(mesh, scale, divide_));
+      checked_.meshes.emplace(key, readMeshBodies(mesh, scale, divide_));
     } catch (const FileError& error) {
       for (const FileFault& fault : error.faults()) {
         const std::string line = fault.line > 0 ? ":" + std::to_string(fault.line) : "";
@@ -271,7 +271,7 @@ class UrdfChecker {
     joint.type = requiredText(element, "type", faults_);
     checkType(element, joint.type);
     checkAxis(element, joint.type);
-    checkLimits(element, joint.type);
+    checkLimits(element, joint);
     checkMimic(element, joint);
     checkExtras(element);
     if (joint.name.empty()) return;
@@ -316,13 +316,15 @@ class UrdfChecker {
     if (given && given->norm() < 1e-9) faults_.add(*axis, described(element) + ": axis is zero");
   }
 
-  void checkLimits(const XMLElement& element, const std::string& type) {
+  void checkLimits(const XMLElement& element, WrittenJoint& joint) {
+    const std::string& type = joint.type;
     const bool bounded = type == "revolute" || type == "prismatic";
     const XMLElement* limit = element.FirstChildElement("limit");
     if (limit == nullptr) {
       if (bounded) faults_.add(element, described(element) + " has no <limit>");
       return;
     }
+    joint.limit_line = limit->GetLineNum();
     checkAttributes(
         *limit, {"lower", "upper", "velocity", "effort", "acceleration", "deceleration", "jerk"},
         faults_);
@@ -437,10 +439,11 @@ class UrdfChecker {
       const std::size_t link = waiting.back();
       waiting.pop_back();
       placed[link] = static_cast<int>(checked_.nodes.size());
-      UrdfNode node{links_[link].name, "", -1, 0};
+      UrdfNode node{links_[link].name, "", -1, 0, 0};
       if (parent_joint_[link] >= 0) {
         const WrittenJoint& above = joints_[static_cast<std::size_t>(parent_joint_[link])];
-        node = {node.link, above.name, placed[link_index_.at(above.parent)], above.mimic_line};
+        node = {node.link, above.name, placed[link_index_.at(above.parent)], above.mimic_line,
+                above.limit_line};
       }
       checked_.nodes.push_back(std::move(node));
       for (auto it = joints_below[link].rbegin(); it != joints_below[link].rend(); ++it) {

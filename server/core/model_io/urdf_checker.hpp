@@ -4,7 +4,7 @@
 #pragma once
 
 #include "core/decomposition/convex_decomposition.hpp"
-#include "core/model/shape.hpp"
+#include "core/model/body_shapes.hpp"
 #include "core/model_io/file_fault.hpp"
 
 #include <array>
@@ -21,6 +21,7 @@ struct UrdfNode {
   std::string link, joint;  ///< no joint above the root
   int parent = -1;          ///< node of the link above
   int mimic_line = 0;       ///< of the joint's <mimic>
+  int limit_line = 0;       ///< of the joint's <limit>
 };
 
 /// What was found on the way, for those who read the values.
@@ -28,7 +29,7 @@ struct CheckedUrdf {
   std::string text;             ///< the document written out again, as it was understood
   std::vector<UrdfNode> nodes;  ///< the root, then depth first in the order of the written joints
   /// Collision meshes by file name and scale, as written.
-  std::map<std::pair<std::string, std::array<double, 3>>, std::vector<Shape>> meshes;
+  std::map<std::pair<std::string, std::array<double, 3>>, BodyShapes> meshes;
 };
 
 /// Collision meshes by `package://` or relative path stand on the URDF's folder. Faults are

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/model_io/urdf_reader.hpp"
 
+#include "core/model_io/geometry_shapes.hpp"
 #include "core/model_io/urdf_checker.hpp"
 
 #include <console_bridge/console.h>
@@ -66,8 +67,13 @@ class UrdfReader {
       Link link;
       link.name = node.link;
       link.parent_joint = JointId(static_cast<int>(model_.links.size()) - 1);
+      BodyShapes body;
       for (const auto& collision : robot_.links_.at(node.link)->collision_array) {
-        addShapes(*collision, link.collision);
+        addShapes(*collision, body);
+      }
+      link.collision = std::move(body.shapes);
+      if (!body.divided.empty()) {
+        link.divided = std::make_shared<const DividedBodies>(std::move(body.divided));
       }
       if (node.parent >= 0) addJoint(*robot_.joints_.at(node.joint), LinkId(node.parent));
       model_.links.push_back(std::move(link));
@@ -88,9 +94,9 @@ class UrdfReader {
     faults_.push_back({shown_file_, line, "<joint> '" + mimic.name + "'" + message});
   }
 
-  void addShapes(const urdf::Collision& collision, std::vector<Shape>& shapes) const {
+  void addShapes(const urdf::Collision& collision, BodyShapes& body) const {
     const Pose X_LS = toPose(collision.origin);
-    const auto add = [&](auto geometry) { shapes.push_back({X_LS, std::move(geometry)}); };
+    const auto add = [&](auto geometry) { body.shapes.push_back({X_LS, std::move(geometry)}); };
     const urdf::Geometry* form = collision.geometry.get();
     if (const auto* box = dynamic_cast<const urdf::Box*>(form)) {
       add(BoxShape{toVector(box->dim)});
@@ -99,11 +105,8 @@ class UrdfReader {
     } else if (const auto* cylinder = dynamic_cast<const urdf::Cylinder*>(form)) {
       add(CylinderShape{cylinder->radius, cylinder->length});
     } else if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(form)) {
-      for (Shape part :
-           checked_.meshes.at({mesh->filename, {mesh->scale.x, mesh->scale.y, mesh->scale.z}})) {
-        part.X_BS = X_LS * part.X_BS;
-        shapes.push_back(std::move(part));
-      }
+      append(checked_.meshes.at({mesh->filename, {mesh->scale.x, mesh->scale.y, mesh->scale.z}}),
+             X_LS, body);
     }
   }
 
@@ -119,6 +122,7 @@ class UrdfReader {
       model_.dof_joints.push_back(JointId(model_.joints.size()));
     }
     model_.joints.push_back(std::move(joint));
+    model_.limit_lines.push_back(checked_.nodes[model_.joints.back().child_link].limit_line);
   }
 
   static void addMotion(const urdf::Joint& from, Joint& joint) {

@@ -19,6 +19,7 @@ struct UrdfModel {
   std::vector<Link> links;
   std::vector<Joint> joints;
   std::vector<JointId> dof_joints;
+  std::vector<int> limit_lines;  ///< by joint: where its <limit> stands in the file; 0: nowhere
 };
 
 /// Reads `file`. Faults (checkUrdf(), and what urdfdom refuses beyond it) are appended, called

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/planning/scene_validity.hpp"
 
+#include "core/grasp/object_surface.hpp"
 #include "core/planning/cause_tally.hpp"
 #include "core/planning/explanation.hpp"
 #include "core/planning/manipulator.hpp"
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <string>
 
 namespace handover {
@@ -51,7 +53,8 @@ class SceneChecker {
     world_.setPose(object_, problem_.task.X_WO_start);
     auto contacts = world_.contacts(world_.makePairs(bodies, allowed));
     std::erase_if(contacts, [&](const BodyContact& contact) {
-      return !moves[contact.a] && !moves[contact.b] && contact.depth <= kFlush;
+      return !moves[contact.a] && !moves[contact.b] &&
+             (contact.depth <= kFlush || !trulyOverlap(contact));
     });
     return failureOf(contacts, FailureReason::kStartInCollision, "start", "At the start");
   }
@@ -89,14 +92,14 @@ class SceneChecker {
   /// O put down, the robots as at the start.
   std::optional<Failed> checkRest(const Pose& X_WO, TaskRest& rest, const Place& place) {
     const BodyPairs none(bodies_.bodies());
-    const auto above = overlapping(contactsAt(moved(X_WO, kRaised), none));
+    const auto above = trulyOverlapping(contactsAt(moved(X_WO, kRaised), none));
     if (!above.empty()) return inCollision(above, X_WO, place);
     if (rest.none) {
       rest.objects = near(X_WO);
       return std::nullopt;
     }
     std::vector<std::string> below;
-    for (const BodyContact& contact : overlapping(contactsAt(moved(X_WO, -kLowered), none))) {
+    for (const BodyContact& contact : trulyOverlapping(contactsAt(moved(X_WO, -kLowered), none))) {
       const BodyId other = contact.a == object_ ? contact.b : contact.a;
       if (!bodies_.robotOf(other).valid()) below.push_back(bodies_.name(other));
     }
@@ -140,7 +143,7 @@ class SceneChecker {
   std::optional<double> depthBelow(const Pose& X_WO) {
     const BodyPairs none(bodies_.bodies());
     const auto free = [&](double up) {
-      return overlapping(contactsAt(moved(X_WO, up), none)).empty();
+      return trulyOverlapping(contactsAt(moved(X_WO, up), none)).empty();
     };
     double within = 0, out = kRaised;
     while (out < kLookDown && !free(out)) within = out, out *= 2;
@@ -164,13 +167,67 @@ class SceneChecker {
     return failed;
   }
 
+  /// Of bodies whose parts overlap: where parts only approach a surface, the surfaces tell.
+  bool trulyOverlap(const BodyContact& contact) {
+    if (!dividedOf(contact.a) && !dividedOf(contact.b)) return true;
+    return intersect(surfaceOf(contact.a), world_.pose(contact.a), surfaceOf(contact.b),
+                     world_.pose(contact.b));
+  }
+
+  /// Everything stands where the contacts were found.
+  std::vector<BodyContact> trulyOverlapping(std::vector<BodyContact> contacts) {
+    contacts = overlapping(std::move(contacts));
+    std::erase_if(contacts, [&](const BodyContact& contact) { return !trulyOverlap(contact); });
+    return contacts;
+  }
+
+  /// As world_.distance(), of the surfaces themselves.
+  std::optional<double> distance(BodyId a, BodyId b, double max) {
+    const auto parts = world_.distance(a, b, max);
+    if (!parts) return std::nullopt;
+    if (!dividedOf(a) && !dividedOf(b)) return parts->distance;
+    const ObjectSurface &of_a = surfaceOf(a), &of_b = surfaceOf(b);
+    if (intersect(of_a, world_.pose(a), of_b, world_.pose(b))) return 0;
+    const auto found =
+        SurfaceTree::distance(of_a.tree(), world_.pose(a), of_b.tree(), world_.pose(b), max);
+    return found ? std::optional(found->distance) : std::nullopt;
+  }
+
+  struct Made {
+    const std::vector<Shape>& shapes;
+    const std::shared_ptr<const DividedBodies>& divided;
+  };
+
+  Made madeOf(BodyId body) const {
+    const RobotId robot = bodies_.robotOf(body);
+    if (!robot.valid()) {
+      for (const ObjectId o : IdRange<ObjectId>(scene_.objects.size())) {
+        const SceneObject& object = scene_.objects[o];
+        if (bodies_.objectBody(o) == body) return {object.shapes, object.divided};
+      }
+    }
+    const auto& links = scene_.robots[robot].model->links;
+    LinkId link(0);
+    while (bodies_.linkBody(robot, link) != body) ++link;
+    return {links[link].collision, links[link].divided};
+  }
+
+  bool dividedOf(BodyId body) const { return madeOf(body).divided != nullptr; }
+
+  const ObjectSurface& surfaceOf(BodyId body) {
+    const auto known = surfaces_.find(body);
+    if (known != surfaces_.end()) return known->second;
+    const Made made = madeOf(body);
+    return surfaces_.emplace(body, ObjectSurface(made.shapes, made.divided)).first->second;
+  }
+
   std::vector<std::string> near(const Pose& X_WO) {
     world_.reset();
     world_.setPose(object_, X_WO);
     std::vector<std::string> names;
     for (const SceneObject& object : scene_.objects) {
       const BodyId body = bodies_.objectBody(scene_.findObject(object.name));
-      if (body != object_ && world_.distance(object_, body, kNearFixture)) {
+      if (body != object_ && distance(object_, body, kNearFixture)) {
         names.push_back(object.name);
       }
     }
@@ -205,9 +262,9 @@ class SceneChecker {
           rest.objects->empty() ||
           std::find(rest.objects->begin(), rest.objects->end(), object.name) != rest.objects->end();
       if (body == object_ || !wanted) continue;
-      const auto distance = world_.distance(object_, body, gap);
-      if (!distance || distance->distance >= gap) continue;
-      gap = distance->distance;
+      const auto away = distance(object_, body, gap);
+      if (!away || *away >= gap) continue;
+      gap = *away;
       nearest = object.name;
     }
     const std::string& name = problem_.task.object;
@@ -228,6 +285,7 @@ class SceneChecker {
   const CollisionScene& bodies_;
   CollisionWorld& world_;
   const BodyId object_;
+  std::map<BodyId, ObjectSurface> surfaces_;  ///< made where they are asked for
 };
 
 }  // namespace

@@ -88,6 +88,18 @@ TEST_F(MeshFileTest, KeepsPartsThatShareCornersApart) {
   }
 }
 
+TEST_F(MeshFileTest, ASolidCutByItsMaterialsIsOne) {
+  std::string text = kTetrahedron;
+  text.insert(text.find("f "), "usemtl red\n");
+  text.insert(text.rfind("f "), "usemtl blue\n");
+  const auto parts = readMesh(write("a.obj", text), {1, 1, 1});
+  ASSERT_EQ(parts.size(), 1u);
+  const auto shells = shellsOf(parts[0]);
+  ASSERT_EQ(shells.size(), 1u);
+  EXPECT_TRUE(shells[0].closed);
+  EXPECT_TRUE(shells[0].contains({0.1, 0.2, 0.1}));
+}
+
 TEST_F(MeshFileTest, ReadsTextStl) {
   const Mesh mesh =
       readWhole(write("a.stl",

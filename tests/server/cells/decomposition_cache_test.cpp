@@ -62,6 +62,67 @@ TEST_F(PartsCacheTest, GoesOnWithoutAFolderToWriteTo) {
   EXPECT_EQ(parts(), 2u);
 }
 
+TEST_F(PartsCacheTest, LooksForFaultsBeforeItDivides) {
+  std::vector<std::string> told;
+  const DecompositionCache cache(folder_.path(), false,
+                                 [&](const std::string& what, double) { told.push_back(what); });
+  const TriangleMesh other = test::cupMesh();
+  std::vector<std::size_t> parts;
+  const auto load = [&](bool clean) {
+    return [&, clean] {
+      parts.clear();
+      for (const TriangleMesh& mesh : {mesh_, other, mesh_}) parts.push_back(cache(mesh)->size());
+      return clean;
+    };
+  };
+  cache.loadInRounds(load(false));
+  EXPECT_EQ(parts, (std::vector<std::size_t>{1, 1, 1}));  // boxes
+  EXPECT_FALSE(fs::exists(folder_ / "parts"));
+  EXPECT_TRUE(told.empty());
+
+  cache.loadInRounds(load(true));
+  EXPECT_EQ(parts[0], 2u);
+  EXPECT_GT(parts[1], 2u);
+  EXPECT_EQ(told, (std::vector<std::string>{"dividing meshes: 1 of 2", "dividing meshes: 2 of 2",
+                                            "dividing meshes: 2 of 2"}));
+}
+
+TEST_F(PartsCacheTest, LoadsOnceWhereAllPartsAreKept) {
+  parts();
+  const DecompositionCache cache(folder_.path(), false);
+  int rounds = 0;
+  cache.loadInRounds([&] {
+    ++rounds;
+    EXPECT_EQ(cache(mesh_)->size(), 2u);
+    return true;
+  });
+  EXPECT_EQ(rounds, 1);
+}
+
+TEST_F(PartsCacheTest, RefusesAtOnceWhatIsTooLarge) {
+  const DecompositionCache cache(folder_.path(), false);
+  mesh_ = test::moved(test::cupMesh(), Pose::Identity(), 100);
+  bool refused = false;
+  cache.loadInRounds([&] {
+    const auto parts = cache(mesh_);
+    refused = !parts && parts.error().detail.find("is too large") != std::string::npos;
+    return false;
+  });
+  EXPECT_TRUE(refused);
+}
+
+TEST_F(PartsCacheTest, MakesEachOnceWhenForced) {
+  const DecompositionCache cache(folder_.path(), true);
+  ASSERT_TRUE(cache(mesh_));
+  ASSERT_TRUE(writePartsFile(other_, partsHash(mesh_), file()));
+  EXPECT_EQ(cache(mesh_)->size(), 3u);
+}
+
+TEST_F(PartsCacheTest, KeepsNothingWithoutAFolder) {
+  const DecompositionCache cache({}, false);
+  EXPECT_EQ(cache(mesh_)->size(), 2u);
+}
+
 TEST_F(PartsCacheTest, PassesOnWhatCannotBeDivided) {
   mesh_.triangles.clear();
   EXPECT_EQ(parts(), 0u);

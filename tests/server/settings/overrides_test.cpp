@@ -137,7 +137,7 @@ TEST_F(Overrides, AreRefusedWhenOfWrongTypeOrNotFinite) {
 TEST_F(Overrides, AreRefusedWithEveryFault) {
   EXPECT_THAT(
       faultsOf({{"robots.left.joints.reach", "9"}, {"robots.right.posture", "sleep"}}),
-      ElementsAre("robots.left.joints.reach: is outside the joint's limits, 0.000000 to 0.500000",
+      ElementsAre("robots.left.joints.reach: is outside the joint's limits: 9 is not from 0 to 0.5",
                   "robots.right.posture: 'sleep' is no group state of robot 'tiny'"));
   // Of different kinds too: an unknown path does not hide a wrong value.
   EXPECT_THAT(faultsOf({{"robots.left.base.xyz", "[0, .nan, 0]"}, {"objects.ghost.pose", "{}"}}),

@@ -138,16 +138,16 @@ TEST(RobotSettings, FaultsAreReportedWithTheirLines) {
   EXPECT_THAT(faultsOf(with(kTinyYaml, "[1, 0, 0]", "[1, 0, x]")),
               ElementsAre("6: arms.arm.approach_axis.2: must be a finite number, not 'x'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "acceleration: 0.5", "acceleration: -1")),
-              ElementsAre("6: arms.arm.acceleration: must be within 1e-06 and 1e+06, not '-1'"));
+              ElementsAre("6: arms.arm.acceleration: must be within 0.001 and 1e+06, not '-1'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "arms:", "acceleration: 0\narms:")),
-              ElementsAre("5: acceleration: must be within 1e-06 and 1e+06, not '0'"));
+              ElementsAre("5: acceleration: must be within 0.001 and 1e+06, not '0'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "acceleration: 0.5", "acceleration: 0.5, jerk: 0")),
-              ElementsAre("6: arms.arm.jerk: must be within 1e-06 and 1e+09, not '0'"));
+              ElementsAre("6: arms.arm.jerk: must be within 0.001 and 1e+09, not '0'"));
   EXPECT_THAT(
       faultsOf(with(kTinyYaml, "    acceleration: 5\n", "    acceleration: 5\n    jerk: -8\n")),
-      ElementsAre("15: hands.hand.jerk: must be within 1e-06 and 1e+09, not '-8'"));
+      ElementsAre("15: hands.hand.jerk: must be within 0.001 and 1e+09, not '-8'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "arms:", "jerk: 0\narms:")),
-              ElementsAre("5: jerk: must be within 1e-06 and 1e+09, not '0'"));
+              ElementsAre("5: jerk: must be within 0.001 and 1e+09, not '0'"));
   EXPECT_THAT(faultsOf(with(kTinyYaml, "[[bend]]", "[bend]")),
               ElementsAre("10: hands.hand.fingers.0: must be a list, not 'bend'"));
   EXPECT_THAT(
@@ -177,8 +177,10 @@ TEST(RobotSettings, FaultsAreReportedWithTheirLines) {
   EXPECT_THAT(
       faultsOf(with(kTinyYaml, "    acceleration: 5\n", "    acceleration: 5\n    speed: 1\n")),
       ElementsAre("15: hands.hand.speed: unknown key; the nearest known one is 'open'"));
-  EXPECT_THAT(faultsOf(with(kTinyYaml, "closed: {bend: 1}", "closed: {bend: 2}")),
-              ElementsAre("13: hands.hand.closed: joint 'bend' is outside its limits"));
+  EXPECT_THAT(
+      faultsOf(with(kTinyYaml, "closed: {bend: 1}", "closed: {bend: 2}")),
+      ElementsAre(
+          "13: hands.hand.closed: joint 'bend' is outside its limits: 2 is not from 0 to 1"));
 }
 
 }  // namespace

@@ -240,7 +240,7 @@ class GraspSetHash : public testing::Test {
 TEST_F(GraspSetHash, StaysForTheSameInputs) {
   const std::uint64_t before = hash();
   EXPECT_EQ(before,
-            graspSetHash(boxObject({0.05, 0.05, 0.1}), parallelGripper(), 0, GraspParams{}));
+            graspSetHash(boxObject({0.05, 0.05, 0.1}), parallelGripper(), ArmId(0), GraspParams{}));
   object_.X_WO.translation().x() = 3;  // where the object stands does not matter
   EXPECT_EQ(before, hash());
 }

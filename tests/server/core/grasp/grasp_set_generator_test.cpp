@@ -105,7 +105,8 @@ TEST(GenerateGrasps, FindNoneWhereTheObjectIsTooWide) {
   ASSERT_TRUE(set);
   EXPECT_TRUE(set->grasps.empty());
   EXPECT_EQ(set->none_because,
-            "fingers that open to 110 mm hold it nowhere; its box is 300 x 300 x 300 mm");
+            "fingers that open to 110 mm, with 4 mm of room on each side, hold it nowhere; its box "
+            "is 300 x 300 x 300 mm");
 }
 
 TEST(GenerateGrasps, RefuseWhatCannotBeMeant) {

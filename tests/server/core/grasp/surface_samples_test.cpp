@@ -2,6 +2,7 @@
 #include "core/grasp/surface_samples.hpp"
 
 #include "core/decomposition/convex_decomposition.hpp"
+#include "core/grasp/object_surface.hpp"
 #include "support/meshes.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +34,7 @@ double spacing(const std::vector<SurfaceSample>& samples, std::size_t count) {
 
 TEST(SurfaceSamples, LieOnTheSurfaceWithOutwardNormals) {
   const std::vector<Shape> shapes{shapeAt({0.3, 0, 0}, SphereShape{0.05})};
-  for (const SurfaceSample& s : sampleSurface(shapes, {})) {
+  for (const SurfaceSample& s : sampleSurface(ObjectSurface(shapes), {})) {
     const Vector3d out = s.p_O - Vector3d(0.3, 0, 0);
     EXPECT_NEAR(out.norm(), 0.05, 1e-12);
     EXPECT_NEAR(out.normalized().dot(s.n_O), 1.0, 1e-12);
@@ -44,7 +45,7 @@ TEST(SurfaceSamples, CoverACylinderBySideAndCapsInProportion) {
   const std::vector<Shape> shapes{shapeAt({0, 0, 0}, CylinderShape{0.05, 0.18})};
   SamplingParams params;
   params.wanted = 400;
-  const auto samples = sampleSurface(shapes, params);
+  const auto samples = sampleSurface(ObjectSurface(shapes), params);
   ASSERT_EQ(samples.size(), 400u);
   double side = 0;
   for (const SurfaceSample& s : samples) {
@@ -56,7 +57,7 @@ TEST(SurfaceSamples, CoverACylinderBySideAndCapsInProportion) {
 
 TEST(SurfaceSamples, EveryPrefixIsEven) {
   const std::vector<Shape> shapes{shapeAt({0, 0, 0}, BoxShape{{0.1, 0.06, 0.2}})};
-  const auto samples = sampleSurface(shapes, {});
+  const auto samples = sampleSurface(ObjectSurface(shapes), {});
   const double area = 2 * (0.1 * 0.06 + 0.1 * 0.2 + 0.06 * 0.2);
   for (const std::size_t count : {50u, 100u, 400u}) {
     // A hexagonal lattice would stand sqrt(1.15 A / n) apart.
@@ -67,7 +68,7 @@ TEST(SurfaceSamples, EveryPrefixIsEven) {
 TEST(SurfaceSamples, LeaveOutFacesBetweenParts) {
   const std::vector<Shape> shapes{shapeAt({0, 0, 0.05}, BoxShape{{0.1, 0.1, 0.1}}),
                                   shapeAt({0, 0, -0.05}, BoxShape{{0.1, 0.1, 0.1}})};
-  for (const SurfaceSample& s : sampleSurface(shapes, {})) {
+  for (const SurfaceSample& s : sampleSurface(ObjectSurface(shapes), {})) {
     if (std::abs(s.n_O.z()) < 0.5) continue;
     EXPECT_NEAR(std::abs(s.p_O.z()), 0.1, 1e-12);
   }
@@ -82,7 +83,7 @@ TEST(SurfaceSamples, LeaveOutTheInsideOfACup) {
         shapeAt(along_x ? Vector3d(at, 0, 0) : Vector3d(0, at, 0),
                 BoxShape{along_x ? Vector3d(0.003, 0.1, 0.15) : Vector3d(0.1, 0.003, 0.15)}));
   }
-  for (const SurfaceSample& s : sampleSurface(walls, {})) {
+  for (const SurfaceSample& s : sampleSurface(ObjectSurface(walls), {})) {
     if (std::abs(s.n_O.z()) > 0.5) continue;
     EXPECT_GT(s.n_O.dot(s.p_O), 0);
   }
@@ -92,10 +93,10 @@ TEST(SurfaceSamples, RepeatForASeedAndDifferForAnother) {
   const std::vector<Shape> shapes{shapeAt({0, 0, 0}, CylinderShape{0.05, 0.18})};
   SamplingParams params;
   params.wanted = 50;
-  const auto first = sampleSurface(shapes, params);
-  const auto again = sampleSurface(shapes, params);
+  const auto first = sampleSurface(ObjectSurface(shapes), params);
+  const auto again = sampleSurface(ObjectSurface(shapes), params);
   params.seed = 2;
-  const auto other = sampleSurface(shapes, params);
+  const auto other = sampleSurface(ObjectSurface(shapes), params);
   for (std::size_t i = 0; i < first.size(); ++i) EXPECT_EQ(first[i].p_O, again[i].p_O);
   EXPECT_NE(first[1].p_O, other[1].p_O);
 }
@@ -133,7 +134,7 @@ TEST(SurfaceSamples, OfAMeshDividedIntoPartsLieOnItsOutside) {
   for (const TriangleMesh& part : *parts) {
     shapes.push_back(shapeAt({0, 0, 0}, ConvexShape{part.vertices, part.triangles}));
   }
-  const auto samples = sampleSurface(shapes, {});
+  const auto samples = sampleSurface(ObjectSurface(shapes), {});
   EXPECT_GT(samples.size(), 1000u);
   std::size_t elsewhere = 0;
   for (const SurfaceSample& s : samples) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/model_io/mesh_reader.hpp"
 
+#include "core/decomposition/surface_bodies.hpp"
 #include "core/model_io/file_fault.hpp"
 #include "core/model_io/geometry_shapes.hpp"
 #include "support/meshes.hpp"
@@ -149,12 +150,59 @@ TEST_F(ReadConvexMesh, KeepsObjObjectsApart) {
   EXPECT_EQ(boundsOf(shapes[1]).low, Eigen::Vector3d(2, 0, 0));
 }
 
-TEST_F(ReadConvexMesh, DividesObjObjectsOfOneName) {
-  // assimp makes one mesh of them; two bodies apart are not convex.
+TEST_F(ReadConvexMesh, TakesEveryLooseBodyAsItIs) {
+  // assimp makes one mesh of objects of one name.
   const auto shapes = read("two.obj", objBox("a", {0, 0, 0}, {0.1, 0.1, 0.1}, 1) +
                                           objBox("a", {0.2, 0, 0}, {0.3, 0.2, 0.1}, 9));
   ASSERT_EQ(shapes.size(), 2u);
   EXPECT_NEAR(volumeOf(shapes[0]) + volumeOf(shapes[1]), 0.003, 1e-9);
+}
+
+TEST_F(ReadConvexMesh, BodiesFarApartAreNoLargeBody) {
+  std::string text;
+  for (int i = 0; i < 4; ++i) {
+    text += objBox("legs", Eigen::Vector3d(2 * i, i, 0),
+                   Eigen::Vector3d(2 * i, i, 0).array() + 0.05, 1 + 8 * i);
+  }
+  const auto divide = [](const TriangleMesh&) -> Result<std::vector<TriangleMesh>> {
+    return Error{ErrorCode::kInvalidInput, "was asked for"};
+  };
+  EXPECT_EQ(readConvexMesh(folder_.write("legs.obj", text), {1, 1, 1}, divide).size(), 4u);
+}
+
+TEST_F(ReadConvexMesh, ABodyPaintedInTwoColoursIsOneSolid) {
+  std::string text = objBox("box", {0, 0, 0}, {0.1, 0.1, 0.03}, 1);
+  text.insert(text.find("f "), "usemtl red\n");
+  text.insert(text.find("f 3"), "usemtl blue\n");
+  const auto shapes = read("two.obj", text);
+  ASSERT_EQ(shapes.size(), 1u);
+  EXPECT_EQ(convex(shapes[0]).triangles.size(), 12u);
+  EXPECT_NEAR(volumeOf(shapes[0]), 0.0003, 1e-9);
+}
+
+TEST_F(ReadConvexMesh, ColoursThatAreSolidsThemselvesStayApart) {
+  std::string text = objBox("a", {0, 0, 0}, {0.1, 0.1, 0.1}, 1);
+  text.insert(text.find("f "), "usemtl red\n");
+  std::string blue = objBox("a", {0.1, 0, 0}, {0.2, 0.1, 0.1}, 9);
+  blue = blue.substr(blue.find('\n') + 1);
+  text += blue.insert(blue.find("f "), "usemtl blue\n");
+  const auto shapes = read("two.obj", text);
+  ASSERT_EQ(shapes.size(), 2u);
+  EXPECT_NEAR(volumeOf(shapes[0]), 0.001, 1e-9);
+}
+
+TEST_F(ReadConvexMesh, KeepsTheSurfaceOfWhatItDivides) {
+  const auto file =
+      folder_.write("cup.stl", test::stlText(test::moved(test::cupMesh(), Pose::Identity(), 1000)));
+  const BodyShapes body = readMeshBodies(file, {0.001, -0.001, 0.001});
+  ASSERT_EQ(body.divided.size(), 1u);
+  const DividedBody& cup = body.divided[0];
+  EXPECT_EQ(cup.open_edges, 0);
+  EXPECT_EQ(cup.first_shape, 0);
+  EXPECT_EQ(cup.shape_count, static_cast<int>(body.shapes.size()));
+  EXPECT_EQ(cup.surface.triangles.size(), test::cupMesh().triangles.size());
+  // Outward, though it is mirrored.
+  EXPECT_NEAR(signedVolume(cup.surface), signedVolume(test::cupMesh()), 1e-9);
 }
 
 TEST_F(ReadConvexMesh, ReadsAsciiAndBinaryStl) {
@@ -427,11 +475,29 @@ TEST_F(ReadConvexMesh, FitsIntoCompoundGeometry) {
   mesh.X_OS.xyz = {1, 0, 0};
   mesh.geometry = MeshGeometry{"t.stl", {1, 1, 1}};
   compound.parts = {box, mesh};
-  const auto shapes = shapesOf(compound, folder_.path());
+  const auto shapes = bodyShapesOf(compound, folder_.path()).shapes;
   ASSERT_EQ(shapes.size(), 2u);
   EXPECT_EQ(std::get<BoxShape>(shapes[0].geometry).size, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(shapes[0].X_BS.translation(), Eigen::Vector3d(0, 0, 2));
   EXPECT_EQ(shapes[1].X_BS.translation(), Eigen::Vector3d(1, 0, 0));
+}
+
+TEST_F(ReadConvexMesh, SurfacesStandWhereTheirPartsDo) {
+  folder_.write("angle.stl", test::stlText(test::angleMesh()));
+  CompoundGeometry compound;
+  for (int i = 0; i < 2; ++i) {
+    GeometryPart mesh;
+    mesh.X_OS.xyz = {1.0 + i, 0, 0};
+    mesh.geometry = MeshGeometry{"angle.stl", {1, 1, 1}};
+    compound.parts.push_back(mesh);
+  }
+  const BodyShapes body = bodyShapesOf(compound, folder_.path());
+  ASSERT_EQ(body.divided.size(), 2u);
+  EXPECT_EQ(body.divided[1].first_shape, body.divided[0].shape_count);
+  EXPECT_EQ(body.divided[0].hash, body.divided[1].hash);
+  double least = 9;
+  for (const Eigen::Vector3d& v : body.divided[1].surface.vertices) least = std::min(least, v.x());
+  EXPECT_NEAR(least, 2, 1e-7);
 }
 
 }  // namespace

@@ -137,6 +137,21 @@ TEST_F(LoadRobot, ReadsLimitsAxesAndAccelerations) {
   EXPECT_EQ(b.jerk, 60.0);  // as its master
 }
 
+TEST_F(LoadRobot, RefusesWhatIsTooSlowToBeMeant) {
+  replace(urdf_, R"(upper="2" velocity="1")", R"(upper="2" velocity="0.000001")");
+  EXPECT_THAT(loadFault(),
+              HasSubstr("tiny.urdf:9: <joint> 'shoulder' has a velocity limit of 1e-06 "
+                        "rad/s, below 0.001"));
+  replace(urdf_, R"(velocity="0.000001")", R"(velocity="0.001")");
+  EXPECT_EQ(loadFault(), "loaded");
+  replace(urdf_, R"(upper="1.5" velocity="2")", R"(upper="1.5" velocity="0.0009")");
+  EXPECT_THAT(loadFault(), HasSubstr("tiny.urdf:15: <joint> 'a' has a velocity limit of 0.0009"));
+  replace(urdf_, R"(velocity="0.0009")", R"(velocity="2")");
+  // Of no arm and no hand.
+  replace(urdf_, R"(upper="1e-1" velocity="1")", R"(upper="1e-1" velocity="1e-9")");
+  EXPECT_EQ(loadFault(), "loaded");
+}
+
 TEST_F(LoadRobot, NarrowsAMasterToWhatItsMimicAllows) {
   const RobotModel model = load();
   const Joint& a = model.joints[model.findJoint("a")];
@@ -174,7 +189,7 @@ TEST_F(LoadRobot, FillsArmAndHand) {
   EXPECT_EQ(arm.tool_link, model.findLink("tool"));
   EXPECT_THAT(arm.dofs, ElementsAre(DofId(0), DofId(1)));
   EXPECT_EQ(arm.approach_axis, Eigen::Vector3d::UnitZ());
-  EXPECT_EQ(arm.hand, 0);
+  EXPECT_EQ(arm.hand, HandId(0));
   const Hand& hand = model.hands[0];
   EXPECT_THAT(hand.dofs, ElementsAre(DofId(2)));
   EXPECT_EQ(hand.open[0], 0.1);
@@ -269,7 +284,8 @@ TEST_F(LoadRobot, RefusesFaultsOfTheSrdfByLine) {
       {R"(parent_group="arm")", R"(parent_group="leg")",
        "tiny.srdf:5: <end_effector> 'gripper': group 'leg' is not defined"},
       {R"(value="0.5")", R"(value="2.5")",
-       "tiny.srdf:6: <group_state> 'home': joint 'shoulder' is outside its limits"},
+       "tiny.srdf:6: <group_state> 'home': joint 'shoulder' is outside its limits: 2.5 is not "
+       "from -2 to 2"},
       {R"(value="0.5")", R"(value="nan")",
        "tiny.srdf:6: <joint> 'shoulder': value is not a finite number: 'nan'"},
       {R"(value="0.7")", "", "tiny.srdf:7: <joint> 'a' has no value"},
@@ -381,10 +397,11 @@ TEST_F(LoadRobot, RefusesSettingsThatDoNotFit) {
                 s.hands[0].fingers = {{"a"}, {"a"}};
               }),
               HasSubstr("hands.hand.fingers: joint 'a' is there twice"));
-  EXPECT_THAT(faultOf([](auto& s) {
-                s.hands[0].open = {{"a", 1.3}};
-              }),
-              HasSubstr("hands.hand.open: joint 'a' is outside its limits"));
+  EXPECT_THAT(
+      faultOf([](auto& s) {
+        s.hands[0].open = {{"a", 1.3}};
+      }),
+      HasSubstr("hands.hand.open: joint 'a' is outside its limits: 1.3 is not from 0.1 to 1.2"));
   EXPECT_THAT(faultOf([](auto& s) { s.hands[0].closed.clear(); }),
               HasSubstr("hands.hand.closed: joint 'a' is missing"));
   EXPECT_THAT(faultOf([](auto& s) {
