@@ -101,8 +101,8 @@ bool reaches(const ArmKinematics& arm, const std::optional<ArmVector>& q, const 
 Report ikOf(const Scene& scene, const ArmName& name, const Effort& effort) {
   const RobotModel& model = *scene.robots[scene.findRobot(name.robot)].model;
   const ArmId index = model.findArm(name.arm);
-  const Arm& described = model.arms[static_cast<std::size_t>(index)];
-  const auto link = [&model](int id) { return model.links[static_cast<std::size_t>(id)].name; };
+  const Arm& described = model.arms[index];
+  const auto link = [&model](LinkId id) { return model.links[id].name; };
   const ArmKinematics arm(model, index);
   const testing::KdlRobot kdl(std::filesystem::path(HANDOVER_SOURCE_DIR) / model.urdf_path);
   KdlSolver solver(arm, kdl.chain(link(described.base_link), link(described.tool_link)));

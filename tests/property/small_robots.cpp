@@ -324,7 +324,7 @@ SmallRobot SmallRobots::make(RobotKind kind, int which) const {
   params.samples = samples;
   const RobotVector q = RobotVector::Zero(robot.model->dofs());
   const auto file = folder_ / (name + ".map");
-  ArmSelfCollision self(*robot.model, 0, q);
+  ArmSelfCollision self(*robot.model, ArmId(0), q);
   const auto built = ReachabilityMap::build(*robot.model, q, params,
                                             {[&](const ArmVector& at) { return self.touches(at); }},
                                             {file}, {}, Deadline());

@@ -191,7 +191,7 @@ TEST_P(OurCell, StartsFreeOfContactsInItsDraws) {
       std::vector<DofId> dofs;
       for (const Arm& arm : model.arms) dofs.insert(dofs.end(), arm.dofs.begin(), arm.dofs.end());
       for (const BodyId body : world.scene().linkBodies(RobotId(robot), model.linksMovedBy(dofs))) {
-        if (body >= 0) moving.push_back(body);
+        if (body.valid()) moving.push_back(body);
       }
     }
     const auto contacts = contactsOf(world, moving);

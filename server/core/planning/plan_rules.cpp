@@ -280,21 +280,38 @@ class PlanReplay {
     const BodyId object =
         problem_.collision->objectBody(problem_.scene->findObject(problem_.task.object));
     world_.setPose(object, X_WO_);
-    std::vector<const GraspContact*> held;
-    for (const GraspContact& contact : grasp.contacts) {
-      const LinkId link = arm.model->findLink(contact.link);
-      const BodyId body = link.valid() ? problem_.collision->linkBody(arm.robot, link) : BodyId();
-      if (body.valid() && world_.distance(body, object, kGripDistance)) held.push_back(&contact);
-    }
-    const auto opposed = [](const GraspContact* a, const GraspContact* b) {
-      return a->link != b->link && a->n_O.dot(b->n_O) < kOpposed;
+    const std::vector<GraspContact> held = contactsHeld(arm, grasp, object);
+    const auto opposed = [](const GraspContact& one, const GraspContact& other) {
+      return one.link != other.link && one.n_O.dot(other.n_O) < kOpposed;
     };
-    for (const GraspContact* a : held) {
-      for (const GraspContact* b : held) {
-        if (opposed(a, b)) return;
+    for (const GraspContact& one : held) {
+      for (const GraspContact& other : held) {
+        if (opposed(one, other)) return;
       }
     }
     tell(i, "no two links hold the object from opposite sides");
+  }
+
+  /// The grasp's contacts whose links are at the object as the world stands; of a grasp that tells
+  /// none, those of the hand's links.
+  std::vector<GraspContact> contactsHeld(const Manipulator& arm, const Grasp& grasp,
+                                         BodyId object) {
+    std::vector<GraspContact> held;
+    const auto at = [&](LinkId link) -> std::optional<BodyDistance> {
+      const BodyId body = link.valid() ? problem_.collision->linkBody(arm.robot, link) : BodyId();
+      return body.valid() ? world_.distance(body, object, kGripDistance) : std::nullopt;
+    };
+    for (const GraspContact& contact : grasp.contacts) {
+      if (at(arm.model->findLink(contact.link))) held.push_back(contact);
+    }
+    if (!grasp.contacts.empty()) return held;
+    for (const LinkId link : arm.hand->links) {
+      const auto near = at(link);
+      if (!near) continue;
+      held.push_back({arm.model->links[link].name, X_WO_.inverse() * near->p_Wb,
+                      X_WO_.linear().transpose() * near->n_W});
+    }
+    return held;
   }
 
   void checkDexterity(std::size_t i, double claimed) {

@@ -135,6 +135,19 @@ TEST_F(Interleaved, OrderAndNeighboursDoNotMatter) {
   EXPECT_TRUE(std::holds_alternative<Rejected>(answers.at(kOthers[4][0].value).outcome));
 }
 
+/// What was being counted when the deadline passed is told as far as it was.
+void dropCountsUnderWay(std::vector<PlanEventPayload>& events) {
+  const std::vector<PlanEventPayload>& whole = nominal().events;
+  const auto funnel = [](const PlanEventPayload& event) {
+    return std::holds_alternative<GraspsPruned>(event) ||
+           std::holds_alternative<HandoverCandidates>(event);
+  };
+  while (!events.empty() && funnel(events.back()) &&
+         (events.size() > whole.size() || events.back() != whole[events.size() - 1])) {
+    events.pop_back();
+  }
+}
+
 TEST_F(Interleaved, CancelsEndTheirOwnRequestOnly) {
   std::mt19937_64 bits(1);
   std::map<RequestId, bool> cancelled;  // or with a deadline
@@ -165,6 +178,7 @@ TEST_F(Interleaved, CancelsEndTheirOwnRequestOnly) {
       EXPECT_EQ(std::get<Failure>(answer.events.back()).reason, FailureReason::kDeadline);
       EXPECT_TRUE(std::holds_alternative<Failed>(answer.outcome));
       answer.events.pop_back();
+      dropCountsUnderWay(answer.events);
     }
     // What had left before is the beginning of the same answer.
     ASSERT_LE(answer.events.size(), nominal().events.size());

@@ -153,8 +153,8 @@ class TwoAtOnce {
   TwoAtOnce(const SceneRobot& first, const SceneRobot& second)
       : scene_(std::make_shared<const CollisionScene>(sceneOfTwo(first, second))),
         world_(scene_),
-        first_(world_, {*scene_, 0, {0}}),
-        second_(world_, {*scene_, 1, {0}}),
+        first_(world_, {*scene_, RobotId(0), {DofId(0)}}),
+        second_(world_, {*scene_, RobotId(1), {DofId(0)}}),
         both_(first_, second_) {}
 
   bool free(double a_from, double a_to, double b_from, double b_to) {

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 class PlacedArm {
  public:
   explicit PlacedArm(const RobotModel& model, const ReachabilityParams& params = {})
-      : kinematics(model, 0), approach_T_(model.arms.front().approach_axis) {
+      : kinematics(model, ArmId(0)), approach_T_(model.arms.front().approach_axis) {
     const RobotVector q = RobotVector::Zero(model.dofs());
     const auto file = folder_ / "map";
     const auto built = ReachabilityMap::build(model, q, params, {}, {file}, {}, Deadline());

@@ -203,7 +203,7 @@ TEST_P(ShippedMaps, AreEqualVoxelByVoxel) {
   EXPECT_EQ(reports_[1].image_of, 0) << reports_[1].why_own;
   EXPECT_EQ(maps_[0]->filledVoxels(), maps_[1]->filledVoxels());
   const ArmKinematics to(model_, ArmId(1));
-  ArmSelfCollision self(model_, 1, q_);
+  ArmSelfCollision self(model_, ArmId(1), q_);
   std::size_t filled = 0, touching = 0;
   forEachCentre([&](const Eigen::Vector3d& p_A) {
     const ReachabilityVoxel* a = maps_[0]->find(p_A);
