@@ -11,6 +11,7 @@
 //   enqueue and return.
 #include "cells/cell_service.hpp"
 #include "cells/decomposition_cache.hpp"
+#include "cells/scene_check.hpp"
 #include "daemon.hpp"
 #include "settings/check.hpp"
 #include "settings/roots.hpp"
@@ -22,6 +23,7 @@
 #include <handover/common/mutex.hpp>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include <functional>
@@ -137,9 +139,53 @@ std::filesystem::path partsFolder() {
   }
 }
 
+/// Prints what a check found, a line each: faults and warnings to standard output, facts to
+/// standard error; with --json everything to standard output, as JSON.
+class CheckPrinter {
+ public:
+  explicit CheckPrinter(bool json) : json_(json) {}
+
+  void print(SceneFinding::Grade grade, const FileFault& finding) const {
+    using Grade = SceneFinding::Grade;
+    const bool fact = grade == Grade::kFact;
+    const char* word = fact ? "fact" : grade == Grade::kWarning ? "warning" : "fault";
+    if (json_) {
+      const nlohmann::ordered_json line{{"grade", word},
+                                        {"file", finding.file},
+                                        {"line", finding.line},
+                                        {"message", finding.message}};
+      const auto replace = nlohmann::json::error_handler_t::replace;
+      std::cout << line.dump(-1, ' ', false, replace) << '\n';
+      return;
+    }
+    FileFault shown = finding;
+    if (grade == Grade::kWarning) shown.message = "warning: " + shown.message;
+    (fact ? std::cerr : std::cout) << shown.text() << '\n';
+  }
+
+  void print(SceneFinding::Grade grade, const std::vector<FileFault>& findings) const {
+    for (const FileFault& finding : findings) print(grade, finding);
+  }
+
+ private:
+  bool json_;
+};
+
+/// What touches, floats or is out of reach in cells. @return false: there are faults.
+bool checkScenes(const Options& options, const std::filesystem::path& root,
+                 const CheckPrinter& printer, ProgressBar& bar) {
+  bool sound = true;
+  for (const std::string& file : options.files) {
+    CellService service(root, {file}, cacheFolder(""), std::ref(bar), false);
+    for (const auto& found : sceneFindings(service, service.cells().front().name, Deadline())) {
+      printer.print(found.grade, FileFault{file, 0, "task '" + found.task + "': " + found.text});
+      sound = sound && found.grade != SceneFinding::Grade::kFault;
+    }
+  }
+  return sound;
+}
+
 int checkEvery(const Options& options) {
-  if (options.scene) return notBuiltYet("check --scene");
-  if (options.json) return notBuiltYet("check --json");
   const std::vector<std::filesystem::path> files(options.files.begin(), options.files.end());
   const std::filesystem::path root = findRoot(options.root);
   ProgressBar bar;
@@ -149,13 +195,13 @@ int checkEvery(const Options& options) {
     report = checkFiles(files, root, divide);
     return report.faults.empty();
   });
-  for (const auto& fault : report.faults) std::cout << fault.text() << '\n';
-  for (const auto& warning : report.warnings) {
-    std::cout << FileFault{warning.file, warning.line, "warning: " + warning.message}.text()
-              << '\n';
-  }
-  for (const auto& fact : report.facts) std::cerr << fact.text() << '\n';
-  return report.faults.empty() ? kExitDone : kExitConfiguration;
+  const CheckPrinter printer(options.json);
+  printer.print(SceneFinding::Grade::kFault, report.faults);
+  printer.print(SceneFinding::Grade::kWarning, report.warnings);
+  printer.print(SceneFinding::Grade::kFact, report.facts);
+  if (!report.faults.empty()) return kExitConfiguration;
+  if (options.scene && !checkScenes(options, root, printer, bar)) return kExitConfiguration;
+  return kExitDone;
 }
 
 /// Every help text ends with an example and the exit codes.
@@ -210,10 +256,10 @@ const CLI::App& addCheck(CLI::App& app, Options& options) {
   command.add_option("--root", options.root, "Folder that holds config/ and robots/")
       ->type_name("DIR");
   command.add_flag("--scene", options.scene,
-                   "What touches, floats, is out of reach (not built yet)");
-  command.add_flag("--json", options.json, "The faults as JSON (not built yet)");
+                   "Of cells too: what touches, floats, is out of reach; each hand's grasps");
+  command.add_flag("--json", options.json, "A JSON object a line, on standard output");
   addFooter(command, "handoverd check config/cells/butler.yaml robots/hubo/hubo.yaml",
-            "0 no faults, 1 internal error, 2 usage, 3 faults (a line each).");
+            "0 no faults (warnings too), 1 internal error, 2 usage, 3 faults (a line each).");
   return command;
 }
 
