@@ -214,56 +214,72 @@ class LateCheck {
     scene_.kinematics[static_cast<std::size_t>(crew.robot)].linkPoses(q, X_WL);
   }
 
-  /// Fills nodes and travelled, by the same bound as the plan's own contacts are found with.
-  void table(const Crew& crew, Phase& phase) const {
-    const Robot& robot = scene_.robot(crew.robot);
-    phase.travelled.assign(crew.bodies.size(), {0.0});
-    phase.nodes = {phase.from};
+  /// Moments between which every joint of a moving phase follows one piece of its curve.
+  std::vector<double> cutsOf(const Phase& phase) const {
     std::vector<double> cuts = {phase.from};
     for (const double cut : motion_.curves().cuts(phase.stage)) {
       if (cut > phase.from && cut < phase.to) cuts.push_back(cut);
     }
     cuts.push_back(phase.to);
+    return cuts;
+  }
+
+  /// Of every joint of the robot: the most that it turns or slides per second between two cuts.
+  std::vector<double> speedsBetween(const Robot& robot, int stage, double from, double to) const {
+    std::vector<double> speeds(robot.joints.size(), 0.0);
+    motion_.curves().raiseSpeeds(stage, from, to, speeds);
+    for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+      if (robot.joints[j].mimic < 0) continue;
+      const Law law = robot.lawOf(j);
+      speeds[j] = std::abs(law.multiplier) * speeds[law.master];
+    }
+    return speeds;
+  }
+
+  /// Bounds how fast the crew's bodies move about a time [m/s]: for the next kMostTravel of the
+  /// fastest of them, by which no lever grows more than kReachSlack.
+  std::vector<double> ratesAt(const Crew& crew, const Phase& phase, double t,
+                              const std::vector<std::vector<int>>& joints,
+                              const std::vector<double>& speeds) const {
+    const Robot& robot = scene_.robot(crew.robot);
+    std::vector<Pose> X_WL, poses;
+    linksAt(crew, phase, t, X_WL);
+    placeBodies(crew, phase, X_WL, poses);
+    std::vector<double> rates(crew.bodies.size(), 0.0);
+    for (std::size_t i = 0; i < crew.bodies.size(); ++i) {
+      const Body& shape = scene_.body(crew.bodies[i]).body;
+      for (const int joint : joints[i]) {
+        const auto j = static_cast<std::size_t>(joint);
+        if (speeds[j] <= 0) continue;
+        double lever = 1;
+        if (robot.joints[j].type != JointType::kPrismatic) {
+          const Pose& X_WC = X_WL[static_cast<std::size_t>(robot.joints[j].child)];
+          lever = (X_WC.linear() * robot.joints[j].axis)
+                      .cross(poses[i] * shape.centre() - X_WC.translation())
+                      .norm() +
+                  shape.radius() + kReachSlack;
+        }
+        rates[i] += speeds[j] * lever;
+      }
+    }
+    return rates;
+  }
+
+  /// Fills nodes and travelled, by the same bound as the plan's own contacts are found with.
+  void table(const Crew& crew, Phase& phase) const {
+    phase.travelled.assign(crew.bodies.size(), {0.0});
+    phase.nodes = {phase.from};
     std::vector<std::vector<int>> joints;
     for (std::size_t i = 0; i < crew.bodies.size(); ++i) {
       joints.push_back(jointsOf(crew, phase, i));
     }
-    std::vector<Pose> X_WL, poses;
-    std::vector<double> rates(crew.bodies.size()), speeds;
-    const auto bound = [&](double t) {
-      linksAt(crew, phase, t, X_WL);
-      placeBodies(crew, phase, X_WL, poses);
-      double fastest = 0;
-      for (std::size_t i = 0; i < crew.bodies.size(); ++i) {
-        const Body& shape = scene_.body(crew.bodies[i]).body;
-        rates[i] = 0;
-        for (const int joint : joints[i]) {
-          const auto j = static_cast<std::size_t>(joint);
-          if (speeds[j] <= 0) continue;
-          double lever = 1;
-          if (robot.joints[j].type != JointType::kPrismatic) {
-            const Pose& X_WC = X_WL[static_cast<std::size_t>(robot.joints[j].child)];
-            lever = (X_WC.linear() * robot.joints[j].axis)
-                        .cross(poses[i] * shape.centre() - X_WC.translation())
-                        .norm() +
-                    shape.radius() + kReachSlack;
-          }
-          rates[i] += speeds[j] * lever;
-        }
-        fastest = std::max(fastest, rates[i]);
-      }
-      return fastest;
-    };
+    const std::vector<double> cuts = cutsOf(phase);
     for (std::size_t c = 0; c + 1 < cuts.size(); ++c) {
-      speeds.assign(robot.joints.size(), 0.0);
-      motion_.curves().raiseSpeeds(phase.stage, cuts[c], cuts[c + 1], speeds);
-      for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-        if (robot.joints[j].mimic < 0) continue;
-        const Law law = robot.lawOf(j);
-        speeds[j] = std::abs(law.multiplier) * speeds[law.master];
-      }
+      const std::vector<double> speeds =
+          speedsBetween(scene_.robot(crew.robot), phase.stage, cuts[c], cuts[c + 1]);
       for (double t = cuts[c]; t < cuts[c + 1];) {
-        const double fastest = bound(t);
+        const std::vector<double> rates = ratesAt(crew, phase, t, joints, speeds);
+        const double fastest = *std::max_element(rates.begin(), rates.end());
         const double next =
             fastest > 0 ? std::min(cuts[c + 1], t + kMostTravel / fastest) : cuts[c + 1];
         if (phase.nodes.size() > kMostNodes || next <= t) {

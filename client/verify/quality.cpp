@@ -415,76 +415,114 @@ class Comparison {
   Report& report_;
 };
 
-}  // namespace
+// ---- all of it --------------------------------------------------------------------------------
 
-void checkQuality(const Motion& motion, const ContactRules& rules, double tilt_deg, bool all,
-                  Report& report) {
+/// What a plan is like, and the room for claims where the contract leaves some.
+struct Measured {
+  MeasuredQuality quality;
+  Span bound;
+  std::map<std::string, Span> idle, clearance;
+};
+
+void measureTimes(const Motion& motion, Measured& found) {
   const Scene& scene = motion.scene();
-  const auto& claim = scene.plan.quality;
-  if (!claim && !all) return;
-  MeasuredQuality found;
-  found.duration = motion.end();
-  const Span bound = Bound(motion).end();
-  found.bound = bound.least;
+  found.quality.duration = motion.end();
+  found.bound = Bound(motion).end();
+  found.quality.bound = found.bound.least;
   const double from = objectBegins(motion), to = objectEnds(motion);
-  found.object = to - from;
-  std::map<std::string, Span> idle;
+  found.quality.object = to - from;
   for (const PlanHolder& holder : scene.plan.holders) {
     const Span span = idleOf(motion, scene.plan.findRobot(holder.robot), from, to);
-    idle[holder.robot] = span;
-    found.idle[holder.robot] = span.least;
+    found.idle[holder.robot] = span;
+    found.quality.idle[holder.robot] = span.least;
   }
-  found.tilt_deg = std::max(0.0, tilt_deg);
-  found.turn_deg = turnOfObject(motion);
-  found.least_turn_deg = rotationBetween(scene.plan.start.X_WO, scene.plan.goal.X_WO) / kDegree;
-  found.limit_margin = limitMargin(motion);
-  found.jerk_share = jerkShare(scene);
-  std::map<std::string, Span> clearance;
-  {
-    const ClearanceSearch search(motion, rules);
-    const auto& object = search.found(ClearanceSearch::kObject);
-    const auto& strict = search.found(ClearanceSearch::kObjectToLaterHands);
-    found.clearance["furniture"] = search.found(ClearanceSearch::kFurniture);
-    found.clearance["robots"] = search.found(ClearanceSearch::kRobots);
-    found.clearance["object"] = object;
-    for (const auto& [between, least] : found.clearance) clearance[between] = Span::of(least.least);
-    clearance["object"].least = std::min(object.least, strict.least);
-  }
-  report.quality = found;
-  if (!claim) return;
+}
 
-  Comparison compare(*claim, report);
-  compare.time("duration_s", claim->duration, Span::of(found.duration));
-  compare.time("bound_s", claim->bound, bound);
-  compare.time("object_s", claim->object, Span::of(found.object));
-  for (const auto& [robot, span] : idle) {
-    const auto given = claim->idle.find(robot);
-    if (given == claim->idle.end()) {
+void measureClearance(const Motion& motion, const ContactRules& rules, Measured& found) {
+  const ClearanceSearch search(motion, rules);
+  const auto& object = search.found(ClearanceSearch::kObject);
+  const auto& strict = search.found(ClearanceSearch::kObjectToLaterHands);
+  found.quality.clearance["furniture"] = search.found(ClearanceSearch::kFurniture);
+  found.quality.clearance["robots"] = search.found(ClearanceSearch::kRobots);
+  found.quality.clearance["object"] = object;
+  for (const auto& [between, least] : found.quality.clearance) {
+    found.clearance[between] = Span::of(least.least);
+  }
+  found.clearance["object"].least = std::min(object.least, strict.least);
+}
+
+Measured measure(const Motion& motion, const ContactRules& rules, double tilt_deg) {
+  const Scene& scene = motion.scene();
+  Measured found;
+  measureTimes(motion, found);
+  found.quality.tilt_deg = std::max(0.0, tilt_deg);
+  found.quality.turn_deg = turnOfObject(motion);
+  found.quality.least_turn_deg =
+      rotationBetween(scene.plan.start.X_WO, scene.plan.goal.X_WO) / kDegree;
+  found.quality.limit_margin = limitMargin(motion);
+  found.quality.jerk_share = jerkShare(scene);
+  measureClearance(motion, rules, found);
+  return found;
+}
+
+void compareIdle(const Measured& found, Comparison& compare) {
+  const std::map<std::string, double>& claimed = compare.claim().idle;
+  for (const auto& [robot, span] : found.idle) {
+    const auto given = claimed.find(robot);
+    if (given == claimed.end()) {
       compare.fault("idle_s says nothing of " + robot);
     } else {
       compare.time("idle_s of " + robot, given->second, span);
     }
   }
-  for (const auto& [robot, seconds] : claim->idle) {
-    if (!idle.count(robot)) compare.time("idle_s of " + robot, seconds, Span::of(0));
+  for (const auto& [robot, seconds] : claimed) {
+    if (!found.idle.count(robot)) compare.time("idle_s of " + robot, seconds, Span::of(0));
   }
+}
+
+void compareClearance(const Measured& found, Comparison& compare) {
   std::set<std::string> told;
-  for (const ClearanceClaim& entry : claim->clearance) {
+  for (const ClearanceClaim& entry : compare.claim().clearance) {
     told.insert(entry.between);
-    compare.clearance("clearance to " + entry.between, entry.least, clearance[entry.between]);
+    const auto span = found.clearance.find(entry.between);
+    compare.clearance("clearance to " + entry.between, entry.least,
+                      span == found.clearance.end() ? Span{} : span->second);
   }
-  for (const auto& [between, span] : clearance) {
+  for (const auto& [between, span] : found.clearance) {
     if (!told.count(between)) compare.fault("clearance says nothing of " + between);
   }
-  compare.angle("tilt_deg", claim->tilt_deg, found.tilt_deg);
-  compare.angle("object_turn_deg", claim->turn_deg, found.turn_deg);
-  compare.angle("the least object_turn_deg", claim->least_turn_deg, found.least_turn_deg);
-  if (claim->limit_margin.has_value() != found.limit_margin.has_value()) {
+}
+
+void compareAll(const Measured& found, Comparison& compare) {
+  const QualityClaim& claim = compare.claim();
+  const MeasuredQuality& quality = found.quality;
+  compare.time("duration_s", claim.duration, Span::of(quality.duration));
+  compare.time("bound_s", claim.bound, found.bound);
+  compare.time("object_s", claim.object, Span::of(quality.object));
+  compareIdle(found, compare);
+  compareClearance(found, compare);
+  compare.angle("tilt_deg", claim.tilt_deg, quality.tilt_deg);
+  compare.angle("object_turn_deg", claim.turn_deg, quality.turn_deg);
+  compare.angle("the least object_turn_deg", claim.least_turn_deg, quality.least_turn_deg);
+  if (claim.limit_margin.has_value() != quality.limit_margin.has_value()) {
     compare.fault("limit_margin is given where there is none, or not where there is one");
-  } else if (found.limit_margin) {
-    compare.relative("limit_margin", *claim->limit_margin, *found.limit_margin);
+  } else if (quality.limit_margin) {
+    compare.relative("limit_margin", *claim.limit_margin, *quality.limit_margin);
   }
-  compare.relative("jerk_share", claim->jerk_share, found.jerk_share);
+  compare.relative("jerk_share", claim.jerk_share, quality.jerk_share);
+}
+
+}  // namespace
+
+void checkQuality(const Motion& motion, const ContactRules& rules, double tilt_deg, bool all,
+                  Report& report) {
+  const auto& claim = motion.scene().plan.quality;
+  if (!claim && !all) return;
+  const Measured found = measure(motion, rules, tilt_deg);
+  report.quality = found.quality;
+  if (!claim) return;
+  Comparison compare(*claim, report);
+  compareAll(found, compare);
 }
 
 }  // namespace handover::verify
