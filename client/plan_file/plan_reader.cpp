@@ -418,20 +418,34 @@ PlanFile parsed(const Json& json) {
   return file;
 }
 
+/// Line and column, from 1, of a byte of a text.
+std::string placeOf(std::string_view text, std::size_t offset) {
+  const std::string_view before = text.substr(0, offset);
+  const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+  const std::size_t begin = before.rfind('\n');
+  const std::size_t column = begin == before.npos ? offset + 1 : offset - begin;
+  return "line " + std::to_string(line) + ", column " + std::to_string(column);
+}
+
+Json jsonOf(std::string_view text) {
+  try {
+    return Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    const std::size_t offset = std::max<std::size_t>(error.byte, 1) - 1;
+    throw PlanFileError(placeOf(text, offset),
+                        offset < text.size() ? "is not JSON from there on" : "the JSON ends there");
+  } catch (const Json::out_of_range&) {
+    throw PlanFileError("", "a number is beyond what a double holds");
+  }
+}
+
 }  // namespace
 
-PlanFile parsePlanFile(std::string_view text) {
-  Json json;
-  try {
-    json = Json::parse(text);
-  } catch (const Json::exception& error) {
-    throw PlanFileError("", error.what());
-  }
-  return parsed(json);
-}
+PlanFile parsePlanFile(std::string_view text) { return parsed(jsonOf(text)); }
 
 std::string readPlanText(const fs::path& file) {
   std::error_code error;
+  if (!fs::exists(file, error)) throw PlanFileError(file.string(), "no such file");
   if (!fs::is_regular_file(file, error)) throw PlanFileError(file.string(), "is not a file");
   if (fs::file_size(file, error) > kMaxBytes || error) {
     throw PlanFileError(file.string(), "is larger than 256 MiB");

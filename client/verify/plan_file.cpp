@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <set>
 
 namespace handover::verify {
@@ -507,6 +508,25 @@ void checkNames(const Plan& plan) {
   }
 }
 
+/// A byte of a text as editors count: from 1.
+std::string placeOf(std::string_view text, std::size_t offset) {
+  const std::string_view before = text.substr(0, offset);
+  const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+  const std::size_t begin = before.rfind('\n');
+  const std::size_t column = begin == before.npos ? offset + 1 : offset - begin;
+  return "line " + std::to_string(line) + ", column " + std::to_string(column);
+}
+
+/// What may not stand at a byte of a text that is no JSON, in plain words.
+std::string unexpectedAt(std::string_view text, std::size_t offset) {
+  if (offset >= text.size()) return "the text ends there";
+  const auto byte = static_cast<unsigned char>(text[offset]);
+  if (byte > 0x20 && byte < 0x7f) return std::string("unexpected '") + text[offset] + "'";
+  char hex[8];
+  std::snprintf(hex, sizeof hex, "0x%02x", byte);
+  return std::string("unexpected byte ") + hex;
+}
+
 /// Parses, and refuses a key given twice: readers differ in which of the two they take.
 Json parseJson(std::string_view text) {
   std::vector<std::set<std::string>> keys;
@@ -521,8 +541,11 @@ Json parseJson(std::string_view text) {
   };
   try {
     return Json::parse(text.begin(), text.end(), callback);
-  } catch (const Json::exception& error) {
-    throw Unreadable("", std::string("not JSON: ") + error.what());
+  } catch (const Json::parse_error& error) {
+    const std::size_t offset = std::max<std::size_t>(error.byte, 1) - 1;
+    throw Unreadable(placeOf(text, offset), "not JSON: " + unexpectedAt(text, offset));
+  } catch (const Json::out_of_range&) {
+    throw Unreadable("", "not JSON: a number beyond what a double holds");
   }
 }
 

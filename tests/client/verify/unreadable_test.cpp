@@ -238,8 +238,26 @@ TEST(UnreadableText, IsRefused) {
         std::string("{\"format\": 1e999}"), std::string("\xff\xfe"), std::string(100'000, '[')}) {
     const ProgramResult result = verifyText(cell, bad);
     EXPECT_EQ(result.exit_code, 2) << bad.substr(0, 40);
-    EXPECT_THAT(result.output, HasSubstr(".json: /: ")) << bad.substr(0, 40);
+    EXPECT_THAT(result.output, HasSubstr("plan.json: ")) << bad.substr(0, 40);
+    EXPECT_THAT(result.output, testing::Not(HasSubstr("exception"))) << bad.substr(0, 40);
   }
+}
+
+TEST(UnreadableText, SaysWhereItIsNoJsonInPlainWords) {
+  const GantryCell cell;
+  const auto said = [&cell](const std::string& text) {
+    return verifyText(cell, text).json.value("unreadable", "");
+  };
+  EXPECT_THAT(said(""), HasSubstr(".json: line 1, column 1: not JSON: the text ends there"));
+  EXPECT_THAT(said("{\n \"a\": [1,\n  2"),
+              HasSubstr(".json: line 3, column 4: not JSON: the text ends there"));
+  EXPECT_THAT(said("{\n \"a\": 1,\n}"),
+              HasSubstr(".json: line 3, column 1: not JSON: unexpected '}'"));
+  EXPECT_THAT(said("plan"), HasSubstr(".json: line 1, column 1: not JSON: unexpected 'p'"));
+  EXPECT_THAT(said("{\"a\": 1e999}"),
+              HasSubstr(".json: /: not JSON: a number beyond what a double holds"));
+  EXPECT_THAT(said("{\n\xff}"),
+              HasSubstr(".json: line 2, column 1: not JSON: unexpected byte 0xff"));
 }
 
 TEST(UnreadableText, KeyTwiceIsRefused) {
