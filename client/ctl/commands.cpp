@@ -294,8 +294,13 @@ int runView(const CommonOptions& common, const ViewOptions& options) {
   if (view::isPage(options.output) && !view::hasPages()) {
     return fail(common, kExitConfiguration, view::kNoPages);
   }
+  std::string text;
   try {
-    const std::string text = client::readPlanText(options.plan);
+    text = client::readPlanText(options.plan);
+  } catch (const client::PlanFileError& fault) {
+    return fail(common, kExitUsage, fault.what());
+  }
+  try {
     if (!output.commit(view::planView(text, options.output, options.root))) {
       return fail(common, kExitConfiguration, "cannot write " + options.output);
     }
@@ -304,6 +309,15 @@ int runView(const CommonOptions& common, const ViewOptions& options) {
   }
   return kExitDone;
 }
+
+namespace {
+
+/// An id that is wrong, not a request that is rejected.
+int noSuchRequest(const CommonOptions& common, const RequestId& id) {
+  return fail(common, kExitUsage, "no such request: no daemon knows " + id.hex());
+}
+
+}  // namespace
 
 int runWatch(const CommonOptions& common, const std::optional<RequestId>& id) {
   return withClient(common, [&](Client& client) -> int {
@@ -329,7 +343,7 @@ int runWatch(const CommonOptions& common, const std::optional<RequestId>& id) {
       if (id) watched->set(*outcome);
     });
     if (id && !watched->waitForFirst(common.wait)) {
-      return fail(common, kExitRejected, "no daemon knows the request " + id->hex());
+      return noSuchRequest(common, *id);
     }
     const auto outcome = watched->wait(client, common.wait);
     if (!outcome) return kExitDone;  // stopped by a signal, as one stops watching
@@ -356,7 +370,7 @@ int runCancel(const CommonOptions& common, const RequestId& id) {
     });
     client.cancel(id);
     if (!watched->waitForFirst(common.wait)) {
-      return fail(common, kExitRejected, "no daemon knows the request " + id.hex());
+      return noSuchRequest(common, id);
     }
     const auto outcome = watched->wait(client, common.wait);
     if (!outcome) return kExitCancelled;

@@ -248,7 +248,9 @@ void addExperiment(CLI::App& app, ExperimentFlags& flags) {
   app.add_option("--task", options.request.task, "Task of the cell (default: its first)")
       ->type_name("TASK");
   addSearch(app, flags.search);
-  app.add_option("--root", options.root, "Folder that plans' paths are relative to, for --verify")
+  app.add_option("--root", options.root,
+                 "Folder that plans' paths are relative to, for --verify (default: HANDOVER_ROOT, "
+                 "else the installed share, else the repository)")
       ->type_name("DIR");
   app.add_option("--output", options.output, "Write the experiment file")
       ->check(checkNotEmpty)
@@ -334,24 +336,29 @@ struct Command {
     plan = app.add_subcommand("plan", "Plan a transport");
     addPlan(*plan, plan_flags);
     watch = app.add_subcommand("watch", "Show requests as they are answered");
-    watch->add_option("ID", id, "Only this request")->check(checkId);
+    watch->add_option("ID", id, "Only this request; one that no daemon knows: exit code 2")
+        ->check(checkId);
     addFooter(*watch, "handoverctl watch");
     cancel = app.add_subcommand("cancel", "Cancel a request");
-    cancel->add_option("ID", id, "The request")->required()->check(checkId);
+    cancel->add_option("ID", id, "The request; one that no daemon knows: exit code 2")
+        ->required()
+        ->check(checkId);
     addFooter(*cancel, "handoverctl cancel 00112233445566778899aabbccddeeff");
     experiment = app.add_subcommand("experiment", "Plan many varied requests");
     addExperiment(*experiment, experiment_flags);
     view = app.add_subcommand("view", "Show a plan file: a page (.html) or a recording (.mcap)");
     addView(*view, view_options);
-    addLater("scene", "Show or change a live scene (not built yet)");
-    addLater("export", "Write trajectories for controllers (not built yet)");
-    addLater("record", "Record requests and answers (not built yet)");
-    addLater("replay", "Ask recorded requests again (not built yet)");
+    addLater("scene", "Show or change a live scene", "scene show --cell butler");
+    addLater("export", "Write trajectories for controllers",
+             "export plan.json --format ros-json -o trajectories");
+    addLater("record", "Record requests and answers", "record requests.rec");
+    addLater("replay", "Ask recorded requests again", "replay requests.rec");
   }
 
   /// Takes any arguments: what they will mean is not asked yet.
-  void addLater(const char* name, const char* what) {
-    CLI::App* later = app.add_subcommand(name, what);
+  void addLater(const std::string& name, const std::string& what, const std::string& example) {
+    CLI::App* later = app.add_subcommand(name, what + " (not built yet)");
+    addFooter(*later, "handoverctl " + example);
     later->fallthrough(false)->allow_extras();
     later->set_version_flag("--version", version());
   }

@@ -33,7 +33,9 @@ int main(int argc, char** argv) {
   std::string plan, root;
   bool json = false;
   app.add_option("plan", plan, "plan file")->required();
-  app.add_option("--root", root, "folder that the plan's paths are relative to");
+  app.add_option("--root", root,
+                 "folder that the plan's paths are relative to (default: HANDOVER_ROOT, else the "
+                 "installed share, else the repository)");
   app.add_flag("--json", json, "one JSON object on standard output");
   app.footer(
       "Example: handover-verify plan.json --root /usr/share/handover\n"

@@ -127,11 +127,27 @@ TEST(CtlUsage, NamesWhatIsWrong) {
 }
 
 TEST(CtlHelp, EndsWithAnExampleAndTheExitCodes) {
-  for (const char* command : {"", "plan ", "experiment ", "watch ", "status ", "view "}) {
+  for (const char* command : {"", "plan ", "experiment ", "watch ", "status ", "cells ", "cancel ",
+                              "view ", "scene ", "export ", "record ", "replay "}) {
     const std::string help = run(words(kCtl + " " + command + "--help")).out;
-    EXPECT_THAT(help, HasSubstr("Example: handoverctl ")) << command;
+    EXPECT_THAT(help, HasSubstr("Example: handoverctl " + std::string(command))) << command;
     EXPECT_THAT(help, HasSubstr("13 no daemon.")) << command;
   }
+}
+
+TEST(CtlView, NamesAFileThatItCannotReadOnce) {
+  const TemporaryFolder folder;
+  const std::string page = (folder / "plan.html").string(), none = (folder / "none.json").string();
+  const auto err = [&page](const std::string& plan) {
+    const Finished viewed = run({kCtl, "view", plan, "-o", page});
+    EXPECT_EQ(viewed.status, 2);
+    return viewed.err;
+  };
+  EXPECT_EQ(err(none), "handoverctl: " + none + ": no such file\n");
+  EXPECT_EQ(err(folder.path().string()),
+            "handoverctl: " + folder.path().string() + ": is not a file\n");
+  const std::string bad = folder.write("bad.json", "{\n  \"format\": nothing }").string();
+  EXPECT_EQ(err(bad), "handoverctl: " + bad + ": line 2, column 14: is not JSON from there on\n");
 }
 
 TEST(CtlEnvironment, RefusesADomainThatIsNone) {
@@ -327,7 +343,9 @@ TEST_F(ScriptedCtl, CancelAndWatchFindARequestById) {
   EXPECT_EQ(ctl("cancel " + id).status, 0);
   EXPECT_EQ(plan.wait(), 11);
   EXPECT_EQ(watch.wait(), 11);
-  EXPECT_EQ(ctl("cancel 00112233445566778899aabbccddeeff --wait 0.5").status, 12);
+  const auto unknown = ctl("cancel 00112233445566778899aabbccddeeff --wait 0.5");
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("no such request"));
 }
 
 TEST_F(ScriptedCtl, SigtermOfTheDaemonGivesOutcomes) {
@@ -364,7 +382,7 @@ TEST_F(ScriptedCtl, WatchingOrCancellingEndsWithALostDaemon) {
 }
 
 TEST_F(ScriptedCtl, AnIdOfZerosIsOneRequestLikeAnyOther) {
-  EXPECT_EQ(ctl("watch 00000000000000000000000000000000 --wait 2").status, 12);
+  EXPECT_EQ(ctl("watch 00000000000000000000000000000000 --wait 2").status, 2);
 }
 
 TEST_F(ScriptedCtl, ADaemonThatComesBackAnswersAnew) {
