@@ -127,10 +127,10 @@ TEST(CtlUsage, NamesWhatIsWrong) {
 }
 
 TEST(CtlHelp, EndsWithAnExampleAndTheExitCodes) {
-  for (const char* command : {"", "plan ", "experiment ", "watch ", "status ", "cells ", "cancel ",
-                              "view ", "scene ", "export ", "record ", "replay "}) {
-    const std::string help = run(words(kCtl + " " + command + "--help")).out;
-    EXPECT_THAT(help, HasSubstr("Example: handoverctl " + std::string(command))) << command;
+  for (const char* command : {"", " plan", " experiment", " watch", " status", " cells", " cancel",
+                              " view", " scene", " export", " record", " replay"}) {
+    const std::string help = run(words(kCtl + command + " --help")).out;
+    EXPECT_THAT(help, HasSubstr("Example: handoverctl" + std::string(command))) << command;
     EXPECT_THAT(help, HasSubstr("13 no daemon.")) << command;
   }
 }
