@@ -150,7 +150,8 @@ bool BruteForce::mayTouch(const State& state, const Body& a, const Body& b) cons
   }
   if (a.robot.valid()) {
     if (b.name != task_.object) return false;
-    return a.hand && (a.robot == RobotId(static_cast<int>(kGiver)) ? state.touch_giver : state.touch_receiver);
+    return a.hand && (a.robot == RobotId(static_cast<int>(kGiver)) ? state.touch_giver
+                                                                   : state.touch_receiver);
   }
   if (a.name == task_.object) return contains(state.rest, b.name);
   return contains(state.rest, a.name);

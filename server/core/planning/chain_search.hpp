@@ -155,7 +155,7 @@ class ChainSearch {
   /// Handover and receiver's grasp: how often no pose was found for it.
   std::map<std::pair<std::size_t, int>, std::uint32_t> inner_failures_;
   std::uint32_t inner_poses_ = 0;
-  std::uint32_t dear_poses_ = 0;  ///< whose collisions were looked at
+  std::uint32_t dear_poses_ = 0;              ///< whose collisions were looked at
   std::vector<std::uint64_t> receiver_bins_;  ///< by point of the last handover's lattice
   PrunedGrasps takes_left_;      ///< of the first holder, without those that cannot be taken
   std::set<int> failed_picks_;   ///< grasps of the first holder that cannot be taken
