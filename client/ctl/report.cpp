@@ -200,6 +200,8 @@ void Report::print(const Outcome& outcome) {
   }
 }
 
+void Report::print(const Workspaces&) {}  // to be looked at on the page
+
 void printStatus(std::ostream& out, const DaemonStatus& status) {
   out << fmt::format("daemon {} {}: {}, {} running, {} queued\n", RequestId{status.id}.hex(),
                      status.version, toString(status.state), status.running, status.queued);

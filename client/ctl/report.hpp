@@ -31,6 +31,7 @@ class Report {
   void print(const Failure& failure);
   void print(const Fix& fix);
   void print(const Outcome& outcome);
+  void print(const Workspaces& workspaces);
   void print(const Failed& failed);
   void printPlan();
 

@@ -74,6 +74,8 @@ void Answer::take(const Failure&) {}  // said again by the outcome
 
 void Answer::take(const Fix& fix) { fix_ = fix; }
 
+void Answer::take(const Workspaces& workspaces) { workspaces_ = workspaces; }
+
 void Answer::take(const Outcome& outcome) { outcome_ = outcome; }
 
 const Solution* Answer::solution() const {
@@ -140,6 +142,7 @@ std::string Answer::text() const {
                  {"solutions", solutions_.size()},
                  {"grasps", std::move(grasps)},
                  {"notes", listOf(notes_)}};
+  if (workspaces_) funnel["workspaces"] = toJson(*workspaces_);
   const auto* done = std::get_if<Done>(&*outcome_);
   const auto why = failure();
   const bool measured = chosen != nullptr && chosen->quality;
@@ -158,7 +161,7 @@ const char* payloadName(const PlanEventPayload& payload) {
   static constexpr const char* kNames[] = {
       "accepted", "scene",      "arm_selected", "grasps_pruned", "handover_candidates",
       "solution", "trajectory", "note",         "failure",       "fix",
-      "outcome"};
+      "outcome",  "workspaces"};
   static_assert(std::size(kNames) == std::variant_size_v<PlanEventPayload>);
   return kNames[payload.index()];
 }

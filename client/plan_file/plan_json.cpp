@@ -59,6 +59,11 @@ Json toJson(const ArmScore& score) {
   return json;
 }
 
+Json toJson(const ReachSlice& slice) {
+  return {{"robot", slice.arm.robot}, {"arm", slice.arm.arm},     {"tool_link", slice.tool_link},
+          {"first", slice.first},     {"columns", slice.columns}, {"scores", slice.scores}};
+}
+
 Json toJson(const LatticeCell& cell) { return {{"centre", cell.centre}, {"score", cell.score}}; }
 
 Json toJson(const ClearanceQuality& clearance) {
@@ -303,6 +308,10 @@ Json toJson(const StageTrajectory& stage) {
 Json toJson(const Note& note) { return {{"code", note.code}, {"text", note.text}}; }
 
 Json toJson(const Fix& fix) { return {{"overrides", listOf(fix.overrides)}, {"text", fix.text}}; }
+
+Json toJson(const Workspaces& workspaces) {
+  return {{"z", workspaces.z}, {"edge", kLatticeEdge}, {"slices", listOf(workspaces.slices)}};
+}
 
 Json toJson(const Outcome& outcome) {
   if (const auto* done = std::get_if<Done>(&outcome)) {

@@ -26,5 +26,6 @@ Json toJson(const StageTrajectory& stage);
 Json toJson(const Note& note);
 Json toJson(const Fix& fix);
 Json toJson(const Outcome& outcome);
+Json toJson(const Workspaces& workspaces);
 
 }  // namespace handover::client

@@ -451,6 +451,26 @@ void checkOutcome(Checker& c, const Rejected& rejected) {
          });
 }
 
+void checkSlice(Checker& c, const std::string& at, const ReachSlice& slice) {
+  c.arm(at + ".arm", slice.arm);
+  c.name(at + ".tool_link", slice.tool_link);
+  for (const double coordinate : slice.first) c.finite(at + ".first", coordinate);
+  if (!c.count(at + ".scores", slice.scores.size(), bounds::kSliceCells)) return;
+  const bool whole_rows =
+      slice.columns == 0 ? slice.scores.empty() : slice.scores.size() % slice.columns == 0;
+  if (!whole_rows) c.fault(at + ".scores", "has no whole rows");
+  const auto good = [](double score) { return std::isfinite(score) && score >= 0; };
+  if (!std::all_of(slice.scores.begin(), slice.scores.end(), good)) {
+    c.fault(at + ".scores", "holds one that is not finite, or below 0");
+  }
+}
+
+void checkPayload(Checker& c, const Workspaces& workspaces) {
+  c.finite("workspaces.z", workspaces.z);
+  c.list("workspaces.slices", workspaces.slices, bounds::kSlices,
+         [&c](const auto& at, const ReachSlice& item) { checkSlice(c, at, item); });
+}
+
 void checkPayload(Checker& c, const Outcome& outcome) {
   std::visit([&c](const auto& value) { checkOutcome(c, value); }, outcome);
 }

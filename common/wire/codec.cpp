@@ -205,11 +205,13 @@ msg::ArmScore toWire(const ArmScore& score);
 msg::Clearance toWire(const ClearanceQuality& clearance);
 msg::Grip toWire(const GripQuality& grip);
 msg::FarthestTool toWire(const FarthestTool& tool);
+msg::ReachSlice toWire(const ReachSlice& slice);
 RobotSnapshot fromWire(const msg::RobotSnapshot& robot);
 ArmScore fromWire(const msg::ArmScore& score);
 ClearanceQuality fromWire(const msg::Clearance& clearance);
 GripQuality fromWire(const msg::Grip& grip);
 FarthestTool fromWire(const msg::FarthestTool& tool);
+ReachSlice fromWire(const msg::ReachSlice& slice);
 
 template <typename Wire, typename Value>
 std::vector<Wire> allToWire(const std::vector<Value>& values) {
@@ -849,6 +851,36 @@ Outcome outcomeFromWire(const msg::Outcome& value, Faults& faults) {
   return Cancelled{CancelCause::kAsked};
 }
 
+msg::ReachSlice toWire(const ReachSlice& slice) {
+  msg::ReachSlice out;
+  out.arm(toWire(slice.arm));
+  out.tool_link(slice.tool_link);
+  out.first_x(slice.first[0]);
+  out.first_y(slice.first[1]);
+  out.columns(slice.columns);
+  out.scores(slice.scores);
+  return out;
+}
+
+ReachSlice fromWire(const msg::ReachSlice& slice) {
+  return {fromWire(slice.arm()),
+          slice.tool_link(),
+          {slice.first_x(), slice.first_y()},
+          slice.columns(),
+          slice.scores()};
+}
+
+void put(msg::PlanEventPayload& out, const Workspaces& workspaces) {
+  msg::Workspaces value;
+  value.z(workspaces.z);
+  value.slices(allToWire<msg::ReachSlice>(workspaces.slices));
+  out.workspaces_value(std::move(value));
+}
+
+Workspaces fromWire(const msg::Workspaces& value) {
+  return {value.z(), allFromWire<ReachSlice>(value.slices())};
+}
+
 PlanEventPayload payloadFromWire(const msg::PlanEventPayload& payload, Faults& faults) {
   switch (payload._d()) {
     case msg::PAYLOAD_ACCEPTED:
@@ -873,6 +905,8 @@ PlanEventPayload payloadFromWire(const msg::PlanEventPayload& payload, Faults& f
       return fromWire(payload.fix_value());
     case msg::PAYLOAD_OUTCOME:
       return outcomeFromWire(payload.outcome_value(), faults);
+    case msg::PAYLOAD_WORKSPACES:
+      return fromWire(payload.workspaces_value());
     default:
       faults.push_back({"payload", "unknown payload"});
   }

@@ -5,6 +5,7 @@
 #include "cells/nearest_fix.hpp"
 #include "cells/request_task.hpp"
 #include "core/planning/collision_context.hpp"
+#include "core/planning/workspaces.hpp"
 #include "settings/roots.hpp"
 
 #include <handover/common/log.hpp>
@@ -262,6 +263,7 @@ Outcome CellService::solve(const PlanRequest& request, const TransportProblem& p
   Explanation& why = failed->explanation;
   if (!request.wants_fix) why.fix_text = "Not sought: the request declined it.";
   sink.emit(Failure{failed->reason, why});
+  sink.emit(workspacesOf(problem, *failed));
   if (request.wants_fix) {
     addNearestFix(*find(request.cell), request, problem, deadline, others_wait, *failed);
   }

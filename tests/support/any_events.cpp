@@ -362,8 +362,19 @@ Outcome anyOutcome() {
   }
 }
 
+Workspaces anyWorkspaces() {
+  return {anyNumber(), several(0, 3, [] {
+            ReachSlice slice{anyArm(), anyName(), {anyNumber(), anyNumber()}, anyPlace(), {}};
+            const auto rows = slice.columns == 0 ? 0 : *rc::gen::inRange(0u, 4u);
+            for (std::uint32_t i = 0; i < rows * slice.columns; ++i) {
+              slice.scores.push_back(anyPositive());
+            }
+            return slice;
+          })};
+}
+
 PlanEventPayload anyPayload() {
-  switch (*rc::gen::inRange(0, 11)) {
+  switch (*rc::gen::inRange(0, 12)) {
     case 0:
       return anyAccepted();
     case 1:
@@ -384,6 +395,8 @@ PlanEventPayload anyPayload() {
       return Failure{anyEnumerator<FailureReason>(), anyExplanation()};
     case 9:
       return Fix{several(0, 3, anyOverride), anyText()};
+    case 10:
+      return anyWorkspaces();
     default:
       return anyOutcome();
   }

@@ -162,6 +162,12 @@ inline ArmSelected sampleArms() {
            {sampleArm(1), 1, 0, Cause::kHoldsObject, "tray"}}};
 }
 
+inline Workspaces sampleWorkspaces() {
+  return {1.025,
+          {{sampleArm(0), "grasp_link_0", {0.025, -0.075}, 3, {0, 0.25, 0.5, 0.125, 0, 0}},
+           {sampleArm(1), "grasp_link_1", {0, 0}, 0, {}}}};
+}
+
 /// Every kind of payload and of outcome.
 inline std::vector<PlanEventPayload> samplePayloads() {
   return {sampleAccepted(),
@@ -194,7 +200,8 @@ inline std::vector<PlanEventPayload> samplePayloads() {
           Outcome{sampleFailure()},
           Outcome{Cancelled{CancelCause::kClientLost}},
           Outcome{Rejected{RejectionReason::kSceneChanged,
-                           {{"expected_revision", "is 1, the scene has 2"}}}}};
+                           {{"expected_revision", "is 1, the scene has 2"}}}},
+          sampleWorkspaces()};
 }
 
 inline constexpr AnswerId kSampleAnswer{0xa5};
@@ -233,7 +240,7 @@ inline std::vector<PlanEvent> sampleAnswer(const RequestId& id, double pace = 0.
 inline std::vector<PlanEvent> sampleFailedAnswer(const RequestId& id) {
   const std::vector<PlanEventPayload> samples = samplePayloads();
   return sampleEvents(id, {sampleAccepted(), sampleScene(), samples[2], samples[3], samples[8],
-                           samples[9], Outcome{sampleFailure()}});
+                           sampleWorkspaces(), samples[9], Outcome{sampleFailure()}});
 }
 
 }  // namespace handover::test

@@ -209,6 +209,13 @@ TEST(Answer, ExplainsAFailure) {
   EXPECT_EQ(compact(why["nearest_fix"]),
             R"([{"path": "robots.hubo.base.xyz", "value": "[1.1, -0.3, 0.98]"}])");
   EXPECT_THAT(keysOf(why["farthest"]), ElementsAre("X_WO", "tools", "stage"));
+  const Json& workspaces = file["funnel"]["workspaces"];
+  EXPECT_EQ(workspaces["z"], 1.025);
+  EXPECT_EQ(workspaces["edge"], 0.05);
+  EXPECT_EQ(
+      compact(workspaces["slices"][0]),
+      R"({"robot": "crichton", "arm": "right", "tool_link": "grasp_link_0", )"
+      R"("first": [0.025, -0.075], "columns": 3, "scores": [0.0, 0.25, 0.5, 0.125, 0.0, 0.0]})");
 }
 
 TEST(Answer, AFailureHasACauseEvenBeforeItsScene) {

@@ -275,6 +275,9 @@ TEST(EventCheck, NamesTheField) {
   const auto failure = [](const char* field, auto spoil) {
     return bad(field, Failure{FailureReason::kNoPath, test::sampleExplanation()}, spoil);
   };
+  const auto workspaces = [](const char* field, auto spoil) {
+    return bad(field, test::sampleWorkspaces(), spoil);
+  };
   const BadEvent all[] = {
       scene("scene.robots[0].yaml_sha256", [](auto& s) { s.robots[0].yaml_sha256 = "ab"; }),
       scene("scene.robots[0].limits[0]", [](auto& s) { s.robots[0].limits[0].second.jerk = kInf; }),
@@ -312,6 +315,14 @@ TEST(EventCheck, NamesTheField) {
       bad("note.code", Note{"", "text"}, [](auto&) {}),
       bad("fix.overrides[0].path", Fix{{{"", "1"}}, ""}, [](auto&) {}),
       bad("outcome.cause", Outcome{Cancelled{}}, [](auto&) {}),
+      workspaces("workspaces.z", [](auto& w) { w.z = kNan; }),
+      workspaces("workspaces.slices", [](auto& w) { w.slices.resize(17, w.slices[0]); }),
+      workspaces("workspaces.slices[0].first", [](auto& w) { w.slices[0].first[1] = kInf; }),
+      workspaces("workspaces.slices[0].scores", [](auto& w) { w.slices[0].scores.pop_back(); }),
+      workspaces("workspaces.slices[0].scores", [](auto& w) { w.slices[0].scores[1] = -0.5; }),
+      workspaces("workspaces.slices[0].scores",
+                 [](auto& w) { w.slices[0].scores.resize(3 * 11'000); }),
+      workspaces("workspaces.slices[1].scores", [](auto& w) { w.slices[1].scores = {0.5}; }),
       bad("accepted.scene_hash", Accepted{.scene_hash = "?"}, [](auto&) {}),
   };
   for (const BadEvent& it : all) {

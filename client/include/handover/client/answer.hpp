@@ -34,6 +34,10 @@ class Answer {
   bool hasPlan() const;
   /// True when text() has something to say: hasPlan(), or the outcome is a failure.
   bool writable() const;
+
+  /// True once the scene is known: before it there is nothing to look at.
+  bool hasScene() const { return scene_.has_value(); }
+
   /// The file's text. @throws std::logic_error unless writable().
   std::string text() const;
 
@@ -63,6 +67,7 @@ class Answer {
   void take(const Failure& failure);
   void take(const Fix& fix);
   void take(const Outcome& outcome);
+  void take(const Workspaces& workspaces);
   std::optional<Failure> failure() const;
 
   std::optional<AnswerId> id_;
@@ -76,13 +81,14 @@ class Answer {
   std::vector<HandoverCandidates> candidates_;
   std::vector<Note> notes_;
   std::optional<Fix> fix_;
+  std::optional<Workspaces> workspaces_;
   std::map<std::uint32_t, Solution> solutions_;
   std::map<std::uint32_t, std::map<std::uint32_t, StageTrajectory>> stages_;
   std::optional<Outcome> outcome_;
 };
 
 /// "accepted", "scene", "arm_selected", "grasps_pruned", "handover_candidates", "solution",
-/// "trajectory", "note", "failure", "fix" or "outcome".
+/// "trajectory", "note", "failure", "fix", "outcome" or "workspaces".
 const char* payloadName(const PlanEventPayload& payload);
 
 /// An event as one line of JSON, no line break: request_id, answer_id, sequence, elapsed_s, type

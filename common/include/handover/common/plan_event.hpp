@@ -404,9 +404,27 @@ struct Rejected {
 
 using Outcome = std::variant<Done, Failed, Cancelled, Rejected>;
 
+/// Where an arm's tool comes in a horizontal plane, by the arm's reachability map: cells of edge
+/// kLatticeEdge, row by row along y, each row along x.
+struct ReachSlice {
+  ArmName arm;
+  std::string tool_link;          ///< whose origin the map is about
+  std::array<double, 2> first{};  ///< centre of the first cell, x and y in W [m]
+  std::uint32_t columns = 0;      ///< cells of a row; 0: none, the plane is out of reach
+  std::vector<double> scores;     ///< the map's entries; 0: not reached
+  bool operator==(const ReachSlice&) const = default;
+};
+
+/// Of a failure: the workspaces of the arms that it is about, as slices of their maps.
+struct Workspaces {
+  double z = 0;  ///< of the plane, in W [m]
+  std::vector<ReachSlice> slices;
+  bool operator==(const Workspaces&) const = default;
+};
+
 using PlanEventPayload =
     std::variant<Accepted, SceneSnapshot, ArmSelected, GraspsPruned, HandoverCandidates, Solution,
-                 StageTrajectory, Note, Failure, Fix, Outcome>;
+                 StageTrajectory, Note, Failure, Fix, Outcome, Workspaces>;
 
 /// A daemon's answer, once begun.
 using AnswerId = std::array<std::uint8_t, 16>;
