@@ -44,12 +44,32 @@ bool isDrawn(const std::string& path) {
   return kind == ".obj" || kind == ".stl" || kind == ".dae";
 }
 
+/// Files need not be UTF-8: what is not becomes U+FFFD.
+std::string textOf(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 /// What the page needs of files: their content by path, and the mesh names of each URDF.
 class PageFiles {
  public:
   explicit PageFiles(const fs::path& root) : root_(root) {}
 
+  /// All that a plan file's scene names.
+  void addScene(const std::string& plan_text) {
+    const client::PlanFile file = client::parsePlanFile(plan_text);
+    if (!file.scene) throw PlanFileError("/scene", "is null: there is nothing to show");
+    for (const RobotSnapshot& robot : file.scene->robots) addRobot(robot.urdf);
+    for (const ObjectSnapshot& object : file.scene->objects) addGeometry(object.geometry);
+  }
+
+  /// The page's data up to what is shown, as JSON text that is still open.
+  std::string openJson() const {
+    return "{\"files\":" + textOf(files_) + ",\"meshes\":" + textOf(meshes_);
+  }
+
+ private:
   void addRobot(const std::string& urdf) {
+    if (meshes_.contains(urdf)) return;
     add(urdf);
     tinyxml2::XMLDocument document;
     const std::string text = files_[urdf]["text"];
@@ -68,11 +88,6 @@ class PageFiles {
     }
   }
 
-  Json files() { return std::move(files_); }
-
-  Json meshes() { return std::move(meshes_); }
-
- private:
   void add(const std::string& path) {
     if (files_.contains(path)) return;
     const std::string content = root_.read(path);
@@ -109,11 +124,6 @@ class PageFiles {
   Json meshes_ = Json::object();
 };
 
-/// Files need not be UTF-8: what is not becomes U+FFFD.
-std::string textOf(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
 /// JSON that may stand inside a script element.
 std::string embeddable(const std::string& json) {
   std::string text;
@@ -146,13 +156,19 @@ std::string filled(std::string_view page, const std::string& json) {
 bool hasPages() { return pageTemplates().has_value(); }
 
 std::string planPage(const std::string& plan_text, const fs::path& root) {
-  const client::PlanFile file = client::parsePlanFile(plan_text);
-  if (!file.scene) throw PlanFileError("/scene", "is null: there is nothing to show");
   PageFiles files(root);
-  for (const RobotSnapshot& robot : file.scene->robots) files.addRobot(robot.urdf);
-  for (const ObjectSnapshot& object : file.scene->objects) files.addGeometry(object.geometry);
-  return filled(templates().plan, "{\"files\":" + textOf(files.files()) + ",\"meshes\":" +
-                                      textOf(files.meshes()) + ",\"file\":" + plan_text + "}");
+  files.addScene(plan_text);
+  return filled(templates().plan, files.openJson() + ",\"file\":" + plan_text + "}");
+}
+
+std::string failuresPage(const std::vector<NamedPlan>& failures, const fs::path& root) {
+  PageFiles files(root);
+  std::string runs;
+  for (const auto& [name, text] : failures) {
+    files.addScene(text);
+    runs += (runs.empty() ? "" : ",") + ("{\"name\":\"" + name + "\",\"file\":" + text + "}");
+  }
+  return filled(templates().plan, files.openJson() + ",\"runs\":[" + runs + "]}");
 }
 
 std::string experimentPage(const std::string& data) { return filled(templates().experiment, data); }

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace handover::view {
 
@@ -21,6 +22,16 @@ inline constexpr const char* kNoPages =
 /// read.
 /// @pre hasPages().
 std::string planPage(const std::string& plan_text, const std::filesystem::path& root);
+
+/// A plan file's text under a name, [a-z0-9-]+.
+struct NamedPlan {
+  std::string name, text;
+};
+
+/// One page for several plan files, which it shows one at a time: the one that the address names
+/// (PAGE.html#NAME), else the first. What their robots and objects need is in it once.
+/// @throws client::PlanFileError as planPage(). @pre hasPages(); files without a plan.
+std::string failuresPage(const std::vector<NamedPlan>& failures, const std::filesystem::path& root);
 
 /// The page of an experiment, no outside reference.
 /// @param data what src/report.js reads, as JSON text.

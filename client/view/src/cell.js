@@ -6,10 +6,13 @@ import {OBJLoader} from 'three/addons/loaders/OBJLoader.js';
 import {STLLoader} from 'three/addons/loaders/STLLoader.js';
 import URDFLoader from 'urdf-loader';
 
+import {ghostMaterial} from './ghosts.js';
 import {armOf, coloursOf} from './holders.js';
 
 const COLOURS = {idle: 0xb8bec6, hand: 0x4c5561, object: 0x3fa34d, carried: 0x8d949c, start: 0x777777, goal: 0x2b7de9,
                  handover: 0xd0021b, touching: 0xe02020};
+/** What may be shown beside the cell itself. */
+export const MARKERS = ['handover', 'grasps', 'goal', 'trace', 'farthest', 'workspaces', 'fix', 'names'];
 const THINGS = [0xe3e4e6, 0xd9cbb2, 0xc3ccd3, 0xcfd3c2, 0xd3c6c3];
 
 function material(colour, options = {}) {
@@ -94,23 +97,32 @@ function axes(size) {
   return marker;
 }
 
+/** The diagonal of a box about meshes. */
+function sizeOf(meshes) {
+  const box = new THREE.Box3();
+  for (const mesh of meshes) box.expandByObject(mesh);
+  return box.getSize(new THREE.Vector3()).length();
+}
+
 export class Cell {
-  /** @param data {file, files, meshes}: the plan file, texts by path, and per URDF its mesh names' paths. */
-  constructor({file, files, meshes}, motion) {
+  /** @param data {file, files, meshes}: the plan file, texts by path, and per URDF its mesh names' paths.
+   *  @param arms {robot, arm} that have colours; left out: the plan's holders. */
+  constructor({file, files, meshes}, motion, arms) {
     Object.assign(this, {motion, plan: file.plan, description: file.scene});
     this.holders = this.plan?.holders ?? [];
+    this.arms = arms ?? this.holders;
     this.scene = new THREE.Scene();
     this.scene.background = new THREE.Color(0xeef1f5);
     this.meshes = new Meshes(files);
     this.robots = new Map();
     this.objects = new Map();
     this.markers = {};
-    for (const name of ['handover', 'grasps', 'goal', 'trace', 'farthest']) this.markers[name] = new THREE.Group();
+    for (const name of MARKERS) this.markers[name] = new THREE.Group();
     this.addLights();
     for (const robot of this.description.robots) this.addRobot(robot, files[robot.urdf].text, meshes[robot.urdf]);
     this.colourArms();
     for (const object of this.description.objects) this.addObject(object);
-    this.addMarkers(file.explanation?.farthest);
+    this.addMarkers();
     this.setJoints(Number.isFinite(motion.put_down) ? motion.put_down : 0);
     this.X_WO_end = this.heldBy(this.holders.length - 1);
   }
@@ -156,11 +168,11 @@ export class Cell {
 
   /** A robot has the colour of the arm that is in the chain; with several of them, each arm has its own. Hands stand out. */
   colourArms() {
-    const colours = coloursOf(this.holders);
-    this.holders.forEach((holder, k) => {
+    const colours = coloursOf(this.arms);
+    this.arms.forEach((holder, k) => {
       const robot = this.robots.get(holder.robot);
-      const alone = this.holders.every((other) => other.robot !== holder.robot || armOf(other) === armOf(holder));
-      dress(alone ? robot : this.topOf(k), material(new THREE.Color(colours[k].light)));
+      const alone = this.arms.every((other) => other.robot !== holder.robot || armOf(other) === armOf(holder));
+      if (alone || this.plan) dress(alone ? robot : this.topOf(k), material(new THREE.Color(colours[k].light)));
     });
     for (const {robot, hand} of this.holders) {
       for (const link of [hand.palm, hand.cup_link, ...(hand.fingers ?? [])]) {
@@ -191,25 +203,24 @@ export class Cell {
     this.objects.set(entry.name, group);
   }
 
-  ghost(pose, colour) {
+  /** The object that is brought, at another pose. */
+  ghost(pose, colour, opacity = 0.25) {
     const entry = this.description.objects.find((object) => object.name === this.description.object);
     const group = new THREE.Group();
-    group.add(dress(geometryOf(entry.geometry, this.meshes), material(colour, {transparent: true, opacity: 0.25, depthWrite: false})));
+    group.add(dress(geometryOf(entry.geometry, this.meshes), ghostMaterial(colour, opacity)));
     group.traverse((child) => { child.castShadow = false; });
     return placed(group, pose);
   }
 
-  addMarkers(farthest) {
+  axes(size) { return axes(size); }
+
+  addMarkers() {
     const {description, markers} = this;
     markers.goal.add(this.ghost(description.start.X_WO, COLOURS.start), this.ghost(description.goal.X_WO, COLOURS.goal));
     for (const pose of this.plan?.handovers ?? []) markers.handover.add(this.ghost(pose, COLOURS.handover), placed(axes(0.12), pose));
     for (const {X_OT} of this.holders) markers.grasps.add(placed(axes(0.07), X_OT));
-    if (farthest) {
-      markers.farthest.add(this.ghost(farthest.X_WO, COLOURS.handover));
-      for (const {X_WT} of farthest.tools) markers.farthest.add(placed(axes(0.1), X_WT));
-    }
     this.objects.get(description.object).add(markers.grasps);
-    this.scene.add(markers.handover, markers.goal, markers.trace, markers.farthest);
+    for (const [name, group] of Object.entries(markers)) if (name !== 'grasps') this.scene.add(group);
   }
 
   /** A line through the object's origin from start to goal. */
@@ -218,24 +229,34 @@ export class Cell {
     this.markers.trace.add(new THREE.Line(geometry, new THREE.LineBasicMaterial({color: COLOURS.object})));
   }
 
-  /** Shows bodies, `robot/link` or objects, in red, and no other. */
-  highlight(names) {
+  /** Shows bodies, `robot/link` or objects, in red, and no other. @param ghosts meshes by body, of those that are shown
+   *  elsewhere: these are red instead. */
+  highlight(names, ghosts = new Map()) {
     for (const {mesh, material: before} of this.highlighted ?? []) mesh.material = before;
     this.highlighted = [];
-    const red = material(COLOURS.touching);
-    const paint = (object) => {
-      if (object.isURDFJoint) return;  // the next link is another body
-      if (object.isMesh) {
-        this.highlighted.push({mesh: object, material: object.material});
-        object.material = red;
+    const bodies = names.map((name) => ghosts.get(name) ?? this.meshesOf(name));
+    const sizes = bodies.map(sizeOf), largest = Math.max(...sizes);
+    bodies.forEach((meshes, i) => {
+      // One may be inside the other.
+      const red = bodies.length > 1 && sizes[i] === largest ? ghostMaterial(COLOURS.touching, 0.5) : material(COLOURS.touching);
+      for (const mesh of meshes) {
+        this.highlighted.push({mesh, material: mesh.material});
+        mesh.material = red;
       }
-      object.children.forEach(paint);
+    });
+  }
+
+  /** Of one body, `robot/link` or an object, where it stands. */
+  meshesOf(name) {
+    const [robot, link] = name.split('/'), found = [], objects = [...this.objects.values()];
+    const gather = (part, body) => {
+      if (part.isURDFJoint || part !== body && objects.includes(part)) return;  // that is another body
+      if (part.isMesh) found.push(part);
+      part.children.forEach((child) => gather(child, body));
     };
-    for (const name of names) {
-      const [robot, link] = name.split('/');
-      const body = this.objects.get(name) ?? this.robots.get(robot)?.links[link];
-      if (body) paint(body);
-    }
+    const body = this.objects.get(name) ?? this.robots.get(robot)?.links[link];
+    if (body) gather(body, body);
+    return found;
   }
 
   setJoints(time) {

@@ -9,6 +9,25 @@ export function element(tag, text = '', className = '') {
   return made;
 }
 
+export function link(address, text) {
+  const made = element('a', text);
+  made.href = address;
+  return made;
+}
+
+/// A square of a colour.
+export function swatch(colour) {
+  const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
+  const square = document.createElementNS('http://www.w3.org/2000/svg', 'rect');
+  for (const each of [svg, square]) {
+    each.setAttribute('width', 11);
+    each.setAttribute('height', 11);
+  }
+  square.setAttribute('fill', colour);
+  svg.append(square);
+  return svg;
+}
+
 export const number = (value) => value === undefined || value === null ? '' : value.toFixed(2);
 export const seconds = (value) => value === undefined || value === null ? '' : value.toFixed(4);
 

@@ -3,17 +3,18 @@
 import * as THREE from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 
-import {Cell} from './cell.js';
-import {element, find} from './dom.js';
+import {Cell, MARKERS} from './cell.js';
+import {element, find, swatch} from './dom.js';
 import {Failure, farthestText} from './failure.js';
+import {FailureScene} from './failure_scene.js';
 import {armOf, coloursOf, labelOf, titleOf} from './holders.js';
 import {durationOf, Motion} from './motion.js';
 import {Plot} from './plot.js';
 import {Timeline} from './timeline.js';
+import {armsTried} from './workspaces.js';
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
 const QUANTITIES = ['q', 'qd', 'qdd'];
-const MARKERS = ['handover', 'grasps', 'goal', 'trace', 'farthest'];
 
 function fail(error) {
   find('error').textContent = `This plan cannot be shown: ${error.message}`;
@@ -21,24 +22,29 @@ function fail(error) {
   throw error;
 }
 
-function swatch(colour) {
-  const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
-  const square = document.createElementNS('http://www.w3.org/2000/svg', 'rect');
-  for (const each of [svg, square]) {
-    each.setAttribute('width', 11);
-    each.setAttribute('height', 11);
-  }
-  square.setAttribute('fill', colour);
-  svg.append(square);
-  return svg;
+/** One of the page's plan files: its only one, or of several the one that the address names. */
+function chosenFile({file, runs}) {
+  if (!runs) return file;
+  const chosen = runs.findIndex(({name}) => location.hash === `#${name}`);
+  return runs[Math.max(0, chosen)].file;
+}
+
+/** A choice of which of several files the page shows. */
+function addRunChoice(runs) {
+  const choice = find('run');
+  for (const {name, file} of runs) choice.add(new Option(`${name.replace('-', ' ')}: ${file.explanation.reason.replaceAll('_', ' ')}`, name));
+  const chosen = runs.findIndex(({name}) => location.hash === `#${name}`);
+  choice.selectedIndex = Math.max(0, chosen);
+  choice.addEventListener('change', () => { location.hash = choice.value; });
+  addEventListener('hashchange', () => location.reload());
 }
 
 class Viewer {
   constructor(data) {
-    const {scene, plan, explanation} = data.file;
-    Object.assign(this, {file: data.file, scene, plan});
+    const file = chosenFile(data), {scene, plan, explanation} = file;
+    Object.assign(this, {file, scene, plan, arms: plan || !explanation ? plan?.holders : armsTried(file)});
     this.motion = new Motion(scene, plan);
-    this.cell = new Cell(data, this.motion);
+    this.cell = new Cell({...data, file}, this.motion, this.arms);
     this.duration = this.motion.duration;
     this.time = 0;
     this.playing = false;
@@ -51,7 +57,9 @@ class Viewer {
     for (const part of document.querySelectorAll('.planned')) part.toggleAttribute('hidden', !plan);
     for (const part of document.querySelectorAll('.failed')) part.toggleAttribute('hidden', Boolean(plan) || !explanation);
     if (plan) this.showPlan();
-    else if (explanation) this.showFailure(explanation);
+    else if (explanation) this.showFailure();
+    find('run-choice').hidden = !data.runs;
+    if (data.runs) addRunChoice(data.runs);
     this.addCameras();
     this.listen();
     this.setTime(0);
@@ -76,13 +84,15 @@ class Viewer {
     });
   }
 
-  showFailure(explanation) {
-    new Failure(explanation, (bodies) => {
-      this.cell.highlight(bodies);
-      this.wake();
-    });
-    find('farthest').hidden = !explanation.farthest;
-    if (explanation.farthest) find('farthest').append(`: ${farthestText(explanation.farthest)}`);
+  showFailure() {
+    const {explanation: {farthest}} = this.file;
+    this.cell.setTime(0);
+    this.failure = new FailureScene(this.cell, this.file);
+    new Failure(this.file, this.failure, () => this.wake());
+    for (const [part, name] of [['farthest', 'farthest'], ['workspaces', 'workspaces'], ['fix-shown', 'fix']]) {
+      find(part).hidden = this.cell.markers[name].children.length === 0;
+    }
+    find('farthest').append(farthest ? `: ${farthestText(farthest)}` : '');
   }
 
   fillPage() {
@@ -128,9 +138,9 @@ class Viewer {
 
   /** To the right, looking from the first robot to the last, else from the object's start to its goal. */
   side() {
-    const {scene, plan} = this;
+    const {scene} = this;
     const baseOf = (name) => new THREE.Vector3(...scene.robots.find((robot) => robot.name === name).X_WB.xyz);
-    const names = plan ? plan.holders.map(({robot}) => robot) : scene.robots.map(({name}) => name);
+    const names = (this.arms?.length ? this.arms : scene.robots.map(({name}) => ({robot: name}))).map(({robot}) => robot);
     const way = baseOf(names.at(-1)).sub(baseOf(names[0])).setZ(0);
     if (way.length() < 0.05) way.set(...scene.goal.X_WO.xyz).sub(new THREE.Vector3(...scene.start.X_WO.xyz)).setZ(0);
     if (way.length() < 0.05) way.set(1, 0, 0);
@@ -141,7 +151,7 @@ class Viewer {
     const {camera, controls} = this, side = this.side();
     const ahead = new THREE.Vector3(-side.y, side.x, 0);
     if (name === 'cell') {
-      this.fitCell(new THREE.Vector3(0, 0, 0.4).addScaledVector(ahead, 0.45).addScaledVector(side, -0.8).normalize());
+      this.fitCell(new THREE.Vector3(0, 0, this.failure ? 0.75 : 0.4).addScaledVector(ahead, 0.45).addScaledVector(side, -0.8).normalize());
     } else {
       const at = this.views().get(name) ?? new THREE.Vector3().setFromMatrixPosition(this.cell.objects.get(this.scene.object).matrixWorld);
       controls.target.copy(at);
@@ -154,6 +164,7 @@ class Viewer {
   /** Sees the whole cell from a direction, as near as that goes. */
   fitCell(back) {
     const {camera, controls, cell: {bounds}} = this;
+    if (this.failure) bounds.union(this.failure.bounds);
     bounds.getCenter(controls.target);
     const right = new THREE.Vector3(0, 0, 1).cross(back).normalize(), up = back.clone().cross(right);
     const high = Math.tan(THREE.MathUtils.degToRad(camera.fov / 2)), wide = high * camera.aspect;

@@ -17,7 +17,7 @@ function misplaced() {
   const shown = (element) => boxOf(element).width > 0 && boxOf(element).height > 0;
   const nameOf = (element) => `${element.tagName.toLowerCase()}${element.id ? `#${element.id}` : ''} "${element.textContent.trim().slice(0, 30)}"`;
   const leaves = [...document.querySelectorAll(
-      'h1, h2, p, dt, dd, li, pre, td, label, button, select, output, #scrub, #plot, #scene, #timeline text, #timeline')].filter(shown);
+      'h1, h2, p, dt, dd, li, pre, td, label, button, select, output, .bar, #scrub, #plot, #scene, #timeline text, #timeline')].filter(shown);
   const overlaps = [], outside = [];
   const scroller = document.querySelector('aside');
   for (const [i, a] of leaves.entries()) {
@@ -59,16 +59,18 @@ await withPage(page_file, async (page, messages, requests) => {
   const texts = (selector) => page.locator(selector).allTextContents();
   const inPage = (expression) => page.evaluate(expression);
   const drawn = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  const visible = (selector) => page.locator(selector).evaluateAll((all) => all.filter((part) => part.getClientRects().length > 0).length);
   const seen = {messages, requests, error: await page.locator('#error').isVisible() ? await text('#error') : ''};
   if (seen.error === '') {
-    const visible = (selector) => page.locator(selector).evaluateAll((all) => all.filter((part) => part.getClientRects().length > 0).length);
     seen.title = await text('#title');
     seen.planned_parts = await visible('.planned');
     seen.failed_parts = await visible('.failed');
+    seen.reason = await text('#reason');
     seen.cameras = await texts('#cameras button');
     seen.text = await page.locator('aside').innerText();
     seen.duration = await inPage('handoverViewer.duration');
     if (seen.planned_parts > 0) await lookAtPlan();
+    if (seen.failed_parts > 0) seen.failure = await lookAtFailure();
     await drawn();
     Object.assign(seen, await page.evaluate(`(${coloursOf})(document.getElementById('view'))`));
     seen.misplaced = [];
@@ -116,6 +118,33 @@ await withPage(page_file, async (page, messages, requests) => {
     // Keys work after a click on a button.
     await page.keyboard.press('End');
     seen.time_after_key = await inPage('handoverViewer.time');
+  }
+
+  async function lookAtFailure() {
+    const failure = {
+      funnel: await page.locator('#funnel tr').evaluateAll((rows) => rows.map((row) => [row.className, ...[...row.cells].map((cell) => cell.textContent)])),
+      key: await texts('#key li'), slice: await text('#slice'), red: await text('#red'), runs: await texts('#run option'),
+      causes: await visible('#causes tr'),
+    };
+    await drawn();
+    Object.assign(failure, await page.evaluate(() => {
+      const {cell} = handoverViewer, {markers, highlighted} = cell;
+      const placeOf = ({matrixWorld: {elements}}) => [12, 13, 14].map((i) => elements[i]);
+      return {
+        red_places: highlighted.map(({mesh}) => placeOf(mesh)),
+        farthest: markers.farthest.children.map(placeOf),
+        fix: markers.fix.children.slice(0, 1).map(placeOf),
+        // Two triangles a cell, in the order in which they are drawn.
+        shaded: markers.workspaces.children.flatMap(({children}) => children).filter(({isMesh}) => isMesh).map(({geometry}) => geometry.attributes.position.count / 6),
+      };
+    }));
+    if (await page.locator('#copy').isVisible()) {
+      await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
+      await page.locator('#copy').click();
+      await page.locator('#copy', {hasText: 'copied'}).waitFor();
+      failure.copied = await page.evaluate(() => navigator.clipboard.readText());
+    }
+    return failure;
   }
 
   async function momentAt(time) {

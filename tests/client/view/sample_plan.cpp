@@ -386,6 +386,47 @@ Json qualityJson(double duration) {
           {"terms", {{"duration", 9.5}}}};
 }
 
+Json sliceOf(const std::string& robot, const std::string& arm, const std::string& tool_link,
+             const Vector& first, int columns, const Vector& scores) {
+  return {{"robot", robot}, {"arm", arm},         {"tool_link", tool_link},
+          {"first", first}, {"columns", columns}, {"scores", scores}};
+}
+
+/// Both arms reach their rows of cells along x, and in common one cell of the lower row.
+Json workspacesJson() {
+  return {{"z", 0.4},
+          {"edge", 0.05},
+          {"slices",
+           {sliceOf("duo", "left", "l_tool", {-0.175, -0.025}, 3, {0.1, 0.2, 0.4, 0.1, 0, 0}),
+            sliceOf("crane", "arm", "cup", {-0.075, -0.025}, 2, {0.3, 0.3})}}};
+}
+
+Json funnelJson() {
+  const auto score = [](const char* robot, const char* arm, int holder) {
+    return Json{{"robot", robot}, {"arm", arm}, {"holder", holder}, {"manipulability", 0.1}};
+  };
+  Json out = score("duo", "right", 0);
+  out["rejected"] = "not_in_map";
+  const auto pruned = [](const char* arm, int holder, const char* place, int tested, int kept) {
+    return Json{{"arm", arm},       {"holder", holder}, {"place", place},
+                {"tested", tested}, {"kept", kept},     {"causes", Json::array()}};
+  };
+  const Json candidates = {
+      {"handover", 0},        {"giver", "duo/left"}, {"receiver", "crane/arm"},
+      {"lattice_points", 12}, {"poses_tried", 412},  {"poses", 0},
+      {"receiver_grasps", 0}, {"tuples", 0},         {"causes", Json::array()}};
+  return {{"arm_selected",
+           {{{"holders", {"duo/left", "crane/arm"}},
+             {"scores", {score("duo", "left", 0), out, score("crane", "arm", 1)}}}}},
+          {"grasps_pruned",
+           {pruned("duo/left", 0, "start", 40, 12), pruned("crane/arm", 1, "goal", 36, 9)}},
+          {"handover_candidates", {candidates}},
+          {"solutions", 0},
+          {"grasps", Json::array()},
+          {"notes", Json::array()},
+          {"workspaces", workspacesJson()}};
+}
+
 }  // namespace
 
 SampleCell::SampleCell() {
@@ -419,7 +460,7 @@ Json SampleCell::failure() const {
           {"quality", nullptr},
           {"complete", true},
           {"timing", {{"scene_revision", 1}}},
-          {"funnel", Json::object()},
+          {"funnel", funnelJson()},
           {"explanation",
            {{"reason", "no_handover_pose"},
             {"text", "At none of 412 poses can duo/left hold the box while crane/arm reaches it."},

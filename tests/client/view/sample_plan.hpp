@@ -28,7 +28,7 @@ class SampleCell {
 
   Json plan() const;
 
-  /// The same scene; no plan, two causes, a fix and the farthest attempt.
+  /// The same scene; no plan, three causes, a fix, the farthest attempt, and the workspaces.
   Json failure() const;
 
  private:

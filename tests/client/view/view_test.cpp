@@ -4,6 +4,7 @@
 
 #include "process.hpp"
 #include "sample_plan.hpp"
+#include "view/page.hpp"
 
 #include <handover/client/plan_file.hpp>
 
@@ -47,7 +48,11 @@ class View : public testing::Test {
 
   /// What the browser sees of a page at these times, on a screen and on a phone.
   Json browse(const Json& plan, const std::vector<double>& times = {}) const {
-    std::vector<std::string> command{NODE, BROWSE, write(plan), "1280x800,390x844"};
+    return browsePage(write(plan), times);
+  }
+
+  Json browsePage(const std::string& page, const std::vector<double>& times) const {
+    std::vector<std::string> command{NODE, BROWSE, page, "1280x800,390x844"};
     for (const double time : times) command.push_back(std::to_string(time));
     const Finished browsed = handover::test::run(command, {}, 240s);
     EXPECT_EQ(browsed.status, 0) << browsed.err;
@@ -229,9 +234,61 @@ TEST_F(View, FailurePageSaysWhyAndWhatWouldHelp) {
   EXPECT_THAT(text, HasSubstr("--set 'robots.crane.base.xyz=[0.3, 0.7, 0]'"));
   EXPECT_THAT(text, HasSubstr("With crane 10 cm nearer there is a plan."));
   EXPECT_THAT(text, HasSubstr("duo/left and crane/arm: approach of holder 2"));
+  EXPECT_EQ(seen["failure"]["copied"], "--set 'robots.crane.base.xyz=[0.3, 0.7, 0]'");
   EXPECT_EQ(seen["cameras"], (Json{"cell", "start", "farthest", "goal"}));
   EXPECT_GT(seen["red"], 0) << "the bodies that touch are not red";
   EXPECT_GT(seen["colours"], 100) << "the picture is blank";
+}
+
+TEST_F(View, FailurePageHasABarForEachFilterAndMarksTheOneThatEmptied) {
+  EXPECT_EQ(seenFailure()["failure"]["funnel"],
+            Json::parse(R"([["", "start and goal free", "", "2 of 2"],
+                            ["", "arms for the start", "", "1 of 2"],
+                            ["", "arms for the goal", "", "1 of 1"],
+                            ["", "grasps at the start", "", "12 of 40"],
+                            ["", "grasps at the goal", "", "9 of 36"],
+                            ["", "points both reach", "", "12"],
+                            ["ended", "handover poses", "", "0 of 412"],
+                            ["", "poses with both grasps", "", "0"],
+                            ["unreached", "motions", "", "–"]])"));
+}
+
+TEST_F(View, FailurePageDrawsWhatCollidesWhereTheSearchCameFarthest) {
+  const Json& failure = seenFailure()["failure"];
+  // The object and a frame with the hand for each tool, at their poses of the file.
+  ASSERT_EQ(failure["farthest"].size(), 3u);
+  expectPoint(failure["farthest"][0], {-0.1, 0, 0.4}, 1e-9);
+  expectPoint(failure["farthest"][1], {-0.1, 0, 0.38}, 1e-9);
+  expectPoint(failure["farthest"][2], {-0.1, 0, 0.46}, 1e-9);
+  // The cup's picture, 1 cm along its link's z, and the table where it stands.
+  ASSERT_EQ(failure["red_places"].size(), 2u);
+  expectPoint(failure["red_places"][0], {-0.1, 0, 0.47}, 1e-6);
+  expectPoint(failure["red_places"][1], {-0.4, 0, -0.01}, 1e-6);
+  EXPECT_EQ(failure["red"],
+            "Red: crane/cup and table, which collide. crane/cup is drawn where the search came "
+            "farthest, table is drawn as it stands at the start.");
+}
+
+TEST_F(View, FailurePageShadesWhereTheArmsReachAndShowsTheFix) {
+  const Json& failure = seenFailure()["failure"];
+  EXPECT_EQ(failure["shaded"], (Json{4, 2, 1}));  // the left arm, the crane, and both
+  EXPECT_THAT(failure["slice"].get<std::string>(), HasSubstr("at a height of 0.40 m"));
+  EXPECT_EQ(failure["key"],
+            Json::parse(R"(["box: solid as it starts, see-through where the search came farthest",
+                            "duo/left: its hand where the search came farthest, and where it reaches",
+                            "crane/arm: its hand where the search came farthest, and where it reaches",
+                            "where both reach", "crane where it would work"])"));
+  ASSERT_EQ(failure["fix"].size(), 1u);
+  expectPoint(failure["fix"][0], {0.3, 0.7, 0}, 1e-9);
+}
+
+TEST_F(View, FailurePageTakesAFixOfTheWholeBase) {
+  Json file = cell_.failure();
+  file["explanation"]["nearest_fix"] = {
+      {{"path", "robots.crane.base"}, {"value", "{xyz: [0.3, 0.75, 0], rpy_deg: [0, 0, -80]}"}}};
+  const Json seen = browse(file);
+  EXPECT_EQ(seen["error"], "");
+  expectPoint(seen["failure"]["fix"][0], {0.3, 0.75, 0}, 1e-9);
 }
 
 TEST_F(View, ShowsAFailureWithoutFixOrFarthestAttempt) {
@@ -240,11 +297,42 @@ TEST_F(View, ShowsAFailureWithoutFixOrFarthestAttempt) {
   file["explanation"]["farthest"] = nullptr;
   file["explanation"]["fix_text"] = "";
   file["explanation"]["exhaustive"] = false;
+  file["funnel"] = Json::object();
   const Json seen = browse(file);
   EXPECT_EQ(seen["error"], "");
+  EXPECT_THAT(seen["failure"]["shaded"], IsEmpty());
+  EXPECT_THAT(seen["failure"]["fix"], IsEmpty());
   EXPECT_THAT(seen["text"].get<std::string>(),
-              AllOf(HasSubstr("No fix was found."), HasSubstr("did not try everything"),
+              AllOf(HasSubstr("No fix is known."), HasSubstr("did not try everything"),
                     Not(HasSubstr("farthest"))));
+}
+
+TEST_F(View, ManyCausesAreFoldedAway) {
+  Json file = cell_.failure();
+  Json& causes = file["explanation"]["causes"];
+  for (int i = 0; i < 40; ++i) causes.push_back(causes[1]);
+  EXPECT_EQ(browse(file)["failure"]["causes"], 8);
+}
+
+TEST_F(View, APageOfFailuresShowsTheOneThatItsAddressNames) {
+  Json other = cell_.failure();
+  other["explanation"]["reason"] = "no_path";
+  const std::string page =
+      failuresPage({{"run-3", cell_.failure().dump()}, {"run-7", other.dump()}}, cell_.root());
+  // Once for both.
+  const std::string mesh = "\"robots/duo/meshes/palm.obj\":{\"text\"";
+  EXPECT_NE(page.find(mesh), std::string::npos);
+  EXPECT_EQ(page.find(mesh), page.rfind(mesh));
+  const std::string file = cell_.write("e.failures.html", page).string();
+  for (const auto& [address, reason] :
+       {std::pair("", "no handover pose"), {"#run-7", "no path"}, {"#run-3", "no handover pose"}}) {
+    const Json seen = browsePage(file + address, {});
+    EXPECT_EQ(seen["error"], "");
+    EXPECT_THAT(seen["messages"], IsEmpty());
+    EXPECT_EQ(seen["reason"], reason) << address;
+    EXPECT_EQ(seen["failure"]["runs"], (Json{"run 3: no handover pose", "run 7: no path"}));
+  }
+  EXPECT_THROW(failuresPage({{"run-3", "{}"}}, cell_.root()), client::PlanFileError);
 }
 
 TEST_F(View, ShowsAPlanOfOneHolderThatHasTheObjectForGood) {
