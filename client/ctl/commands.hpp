@@ -56,7 +56,7 @@ struct ExperimentOptions {
   std::string html;      ///< page that shows the experiment, or empty
   std::string plans;     ///< folder for plan files, or empty
   bool verify = false;   ///< every plan, by handover-verify
-  std::string root;      ///< of the paths in plans, for handover-verify; empty: its own rule
+  std::string root;      ///< of the paths in plans, for handover-verify and pages; empty: found
 };
 
 struct ViewOptions {

@@ -4,6 +4,7 @@
 #include "draw.hpp"
 #include "experiment_file.hpp"
 #include "experiment_page.hpp"
+#include "failure_page.hpp"
 #include "output_file.hpp"
 #include "verify_program.hpp"
 #include "view/page.hpp"
@@ -106,7 +107,11 @@ class Progress {
 class Experiment {
  public:
   Experiment(const CommonOptions& common, const ExperimentOptions& options, Client& client)
-      : common_(common), options_(options), client_(client), progress_(options.runs) {
+      : common_(common),
+        options_(options),
+        client_(client),
+        failures_(options.html),
+        progress_(options.runs) {
     if (options.verify) verifier_.emplace();
     if (options.verify && options.plans.empty()) scratch_.emplace();
     if (!plansFolder().empty()) {
@@ -151,6 +156,12 @@ class Experiment {
   std::string unsound() const {
     const MutexLock lock(mutex_);
     return unsound_;
+  }
+
+  /// What failed, where there is a report that links to it. After run().
+  FailurePage failures() const {
+    const MutexLock lock(mutex_);
+    return failures_;
   }
 
   /// Cancels what is under way. From any thread.
@@ -285,6 +296,8 @@ class Experiment {
     if (record.done() && !answer.hasPlan()) {
       throw ExperimentFailure{kExitInternal, "incomplete answer from the daemon"};
     }
+    const bool to_be_shown = record.outcome == "failed" && answer.hasScene();
+    record.failure_text = to_be_shown && !options_.html.empty() ? answer.text() : "";
     if (!plansFolder().empty()) keepPlan(answer, record);
     record.object = gathered->funnel.object();
     return outcome;
@@ -331,11 +344,11 @@ class Experiment {
     }
   }
 
-  /// Writes the plan and has it verified. A run without a plan leaves no file of its name, not
-  /// even an older one.
+  /// Writes the plan and has it verified, or writes the failure. A run that is neither leaves no
+  /// file of its name, not even an older one.
   void keepPlan(const client::Answer& answer, RunRecord& record) {
     const fs::path file = plansFolder() / fmt::format("{:03}.json", record.index);
-    if (!record.done()) {
+    if (!answer.writable() || (scratch_ && !record.done())) {
       std::error_code ignored;
       fs::remove(file, ignored);
       return;
@@ -344,6 +357,10 @@ class Experiment {
     if (!output.writable() || !output.commit(answer.text())) {
       throw ExperimentFailure{kExitConfiguration, "cannot write " + file.string()};
     }
+    if (record.done()) verify(file, record);
+  }
+
+  void verify(const fs::path& file, RunRecord& record) {
     try {
       if (verifier_) record.violations = verifier_->violations(file, options_.root);
     } catch (const UnreadablePlan& fault) {
@@ -382,6 +399,9 @@ class Experiment {
       line.update(toJson(record));
       std::cout << client::compact(line) << std::endl;
     }
+    if (!record.failure_text.empty()) {
+      failures_.add(record.index, std::move(record.failure_text));
+    }
     answered_.emplace(record.index, std::move(record));
   }
 
@@ -408,6 +428,7 @@ class Experiment {
 
   mutable Mutex mutex_;
   Condition changed_;
+  FailurePage failures_ HANDOVER_GUARDED_BY(mutex_);
   Progress progress_ HANDOVER_GUARDED_BY(mutex_);
   std::uint64_t next_ HANDOVER_GUARDED_BY(mutex_) = 0;
   std::uint64_t redrawn_ HANDOVER_GUARDED_BY(mutex_) = 0;
@@ -436,10 +457,29 @@ int exitCodeOf(const CommonOptions& common, const ExperimentRecord& record) {
   return kExitDone;
 }
 
-PageExtras extrasOf(const ExperimentRecord& record) {
+/// The page's own, and the links to the page of failures where that is written.
+PageExtras extrasOf(const ExperimentRecord& record, const FailurePage* failures) {
   PageExtras extras{record.task, record.daemon_version, {}};
-  for (const RunRecord& run : record.runs) extras.runs.push_back({run.lattice, run.handovers});
+  for (const RunRecord& run : record.runs) {
+    const std::string page = failures == nullptr ? "" : failures->linkTo(run.index);
+    extras.runs.push_back({run.lattice, run.handovers, page});
+  }
   return extras;
+}
+
+/// False where a page cannot be written. Failures that cannot be drawn, as the robots' files are
+/// not here, keep their words in the report.
+bool writePages(const ExperimentOptions& options, const ExperimentRecord& record,
+                const FailurePage& failures, const Json& file, OutputFile& html) {
+  bool shown = true;
+  try {
+    if (!failures.write(options.root)) return false;
+  } catch (const client::PlanFileError& fault) {
+    std::cerr << "handoverctl: not written: " << failures.path().string() << ": " << fault.what()
+              << std::endl;
+    shown = false;
+  }
+  return html.commit(experimentPage(file, extrasOf(record, shown ? &failures : nullptr)));
 }
 
 }  // namespace
@@ -461,11 +501,13 @@ int runExperiment(const CommonOptions& common, const ExperimentOptions& options)
     try {
       ExperimentRecord record;
       std::string unsound;
+      std::optional<FailurePage> failures;
       {
         Experiment experiment(common, options, client);
         const SignalWatch signals([&experiment] { experiment.stop(); }, kExitCancelled);
         record = experiment.run();
         unsound = experiment.unsound();
+        failures = experiment.failures();
       }
       printTable(people(common), record);
       if (common.json) {
@@ -477,7 +519,7 @@ int runExperiment(const CommonOptions& common, const ExperimentOptions& options)
       if (output && !output->commit(client::pretty(file) + "\n")) {
         return fail(common, kExitConfiguration, "cannot write " + options.output);
       }
-      if (html && !html->commit(experimentPage(file, extrasOf(record)))) {
+      if (html && !writePages(options, record, *failures, file, *html)) {
         return fail(common, kExitConfiguration, "cannot write " + options.html);
       }
       if (!unsound.empty()) return fail(common, kExitConfiguration, unsound);

@@ -91,6 +91,7 @@ struct RunRecord {
   std::string object;  ///< that is moved
   std::vector<HandoverPlace> handovers;
   std::vector<LatticeCell> lattice;
+  std::string failure_text;  ///< the plan file of a failure that the report shall show
 
   bool done() const { return outcome == "done"; }
 };

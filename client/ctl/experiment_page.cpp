@@ -59,7 +59,8 @@ Json moreOf(const PageRun& run, const std::string& command) {
   }
   return {{"command", command},
           {"lattice", latticeOf(run.lattice)},
-          {"handovers", std::move(handovers)}};
+          {"handovers", std::move(handovers)},
+          {"page", run.page.empty() ? Json() : Json(run.page)}};
 }
 
 }  // namespace

@@ -13,6 +13,7 @@ namespace handover::ctl {
 struct PageRun {
   std::vector<LatticeCell> lattice;  ///< crossed maps of the first handover's arms, best cell first
   std::vector<HandoverPlace> handovers;
+  std::string page;  ///< address of the page of a failure, relative to this one; empty: none
 };
 
 /// What the page shows of an experiment beyond its file.

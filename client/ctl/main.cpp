@@ -249,17 +249,19 @@ void addExperiment(CLI::App& app, ExperimentFlags& flags) {
       ->type_name("TASK");
   addSearch(app, flags.search);
   app.add_option("--root", options.root,
-                 "Folder that plans' paths are relative to, for --verify (default: HANDOVER_ROOT, "
-                 "else the installed share, else the repository)")
+                 "Folder that plans' paths are relative to, for --verify and --html (default: "
+                 "HANDOVER_ROOT, else the installed share, else the repository)")
       ->type_name("DIR");
   app.add_option("--output", options.output, "Write the experiment file")
       ->check(checkNotEmpty)
       ->type_name("FILE");
-  app.add_option("--plans", options.plans, "Write the plans to this folder, NNN.json by run")
+  app.add_option("--plans", options.plans,
+                 "Write plans, and failures, to this folder, NNN.json by run")
       ->check(checkNotEmpty)
       ->type_name("DIR");
   app.add_flag("--verify", options.verify, "Have handover-verify check every plan");
-  app.add_option("--html", options.html, "Write a page that shows the experiment")
+  app.add_option("--html", options.html,
+                 "Write a page that shows the experiment, and beside it one of its failures")
       ->check(checkNotEmpty)
       ->type_name("FILE");
   addFooter(app, "handoverctl experiment butler --runs 100 --mode first --html report.html");

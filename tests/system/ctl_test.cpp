@@ -510,10 +510,34 @@ TEST_F(ScriptedCtl, FailedRunsAreAnswersToo) {
   EXPECT_EQ(failed.status, 0) << failed.err;
   EXPECT_THAT(failed.out, HasSubstr("0 of 2 runs solved"));
   EXPECT_THAT(failed.out, HasSubstr("run 001 failed: no_grasp_at_goal (No grasp of cup"));
-  EXPECT_TRUE(fs::is_empty(folder / "plans"));
+  for (const char* name : {"plans/000.json", "plans/001.json"}) {
+    const auto file = nlohmann::json::parse(textOf(folder / name));
+    EXPECT_TRUE(file["plan"].is_null());
+    EXPECT_EQ(file["explanation"]["reason"], "no_grasp_at_goal");
+  }
   const auto some = ctl("experiment script --task refuse_low --runs 12 --json");
   EXPECT_EQ(some.status, 0) << some.err;
   EXPECT_EQ(ctl("experiment script --task refuse_low --runs 3 --stretch 0").status, 0);
+}
+
+TEST_F(ScriptedCtl, ARejectedRunLeavesNoFile) {
+  const TemporaryFolder folder;
+  folder.write("plans/000.json", "of another experiment");
+  const auto rejected =
+      ctl("experiment script --task echo --runs 1 --plans " + (folder / "plans").string());
+  EXPECT_EQ(rejected.status, 12) << rejected.err;
+  EXPECT_TRUE(fs::is_empty(folder / "plans"));
+}
+
+// The scripted failures speak of a mesh that is nowhere.
+TEST_F(ScriptedCtl, AnExperimentIsShownAsAPageWithoutFailuresThatCannotBeDrawn) {
+  const TemporaryFolder folder;
+  const fs::path html = folder / "e.html";
+  const auto result = ctl("experiment script --task fail --runs 2 --html " + html.string());
+  EXPECT_EQ(result.status, 0);
+  EXPECT_THAT(result.err, HasSubstr("not written: " + (folder / "e.failures.html").string()));
+  EXPECT_THAT(textOf(html), HasSubstr(R"("page": null)"));
+  EXPECT_FALSE(fs::exists(folder / "e.failures.html"));
 }
 
 TEST_F(ScriptedCtl, ARunIsDrawnAgainWhenItsStartTouches) {

@@ -3,7 +3,7 @@
 import {Histogram} from './histogram.js';
 import {Places} from './places.js';
 import {RunTable} from './run_table.js';
-import {element, find, number, seconds, table} from './dom.js';
+import {element, find, link, number, seconds, table} from './dom.js';
 
 function header({experiment, task, versions}) {
   const {summary} = experiment;
@@ -72,6 +72,11 @@ function qualities({experiment: {summary}}) {
       ([what, {median, min}]) => [what, millimetres(median), millimetres(min)]), 1);
 }
 
+function shownText(more) {
+  const pages = more.filter(({page}) => page).length;
+  return pages > 0 ? ` “Show it” leads to the picture of a failure (${pages} have one), in a file beside this one.` : '';
+}
+
 // By reason, most frequent first.
 function failures({experiment, more}) {
   const reasons = new Map();
@@ -79,16 +84,16 @@ function failures({experiment, more}) {
     if (record.outcome === 'done') return;
     const reason = record.reason ?? record.outcome;
     if (!reasons.has(reason)) reasons.set(reason, []);
-    reasons.get(reason).push([record, more[i].command]);
+    reasons.get(reason).push([record, more[i]]);
   });
   const failed = experiment.records.length - experiment.summary.solved;
   find('failures-text').textContent = failed === 0 ? 'Every run was solved.' :
-      `${failed} of ${experiment.records.length}. A command repeats its run with a daemon that serves the cell.`;
+      `${failed} of ${experiment.records.length}. A command repeats its run with a daemon that serves the cell.${shownText(more)}`;
   if (failed === 0) return;
   table(find('failures'), ['reason', 'run', 'explanation and command'], [], 3);
   const body = find('failures').tBodies[0];
   for (const [reason, runs] of [...reasons].sort((a, b) => b[1].length - a[1].length)) {
-    runs.forEach(([record, command], i) => {
+    runs.forEach(([record, {command, page}], i) => {
       const row = body.insertRow();
       if (i === 0) {
         const cell = element('th', `${reason} (${runs.length} ×)`);
@@ -96,6 +101,7 @@ function failures({experiment, more}) {
         row.append(cell);
       }
       const text = element('td', record.explanation ?? '');
+      if (page) text.append(' ', link(page, 'Show it'));
       text.append(element('br'), element('code', command));
       row.append(element('td', String(record.index), 'number'), text);
     });

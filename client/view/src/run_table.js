@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // All runs; a click on a column's head sorts by it, another one the other way.
-import {element, find} from './dom.js';
+import {element, find, link} from './dom.js';
 
 const PARTS = {xyz: ['x', 'y', 'z'], rpy_deg: ['roll', 'pitch', 'yaw'], quat_wxyz: ['w', 'x', 'y', 'z']};
 
@@ -37,7 +37,7 @@ function clearanceOf({quality}) {
 export class RunTable {
   constructor(table, {experiment, more}) {
     this.table = table;
-    this.rows = experiment.records.map((record, i) => ({record, command: more[i].command}));
+    this.rows = experiment.records.map((record, i) => ({record, command: more[i].command, page: more[i].page}));
     const drawn = drawnColumns(experiment.records);
     const varies = ({of}) => experiment.records.some((record) => of(record) !== of(experiment.records[0]));
     const constant = experiment.records.length > 1 ? drawn.filter((column) => !varies(column)) : [];
@@ -49,7 +49,7 @@ export class RunTable {
       {name: 'run', of: (record) => record.index},
       ...drawn.filter((column) => !constant.includes(column)),
       {name: 'drawn again', of: (record) => record.redrawn},
-      {name: 'outcome', of: (record) => record.reason ?? record.outcome},
+      {name: 'outcome', of: (record) => record.reason ?? record.outcome, linked: true},
       {name: 'time [s]', of: (record) => record.planning_time_s},
       {name: 'first plan [s]', of: (record) => record.first_plan_s},
       {name: 'giver’s grasps', of: (record) => record.grasps_giver},
@@ -87,8 +87,10 @@ export class RunTable {
       row.shown = this.body.insertRow();
       row.shown.className = row.record.outcome === 'done' ? '' : 'failed';
       row.shown.title = row.command;
-      for (const {of, numeric, digits} of this.columns) {
-        row.shown.append(element('td', text(of(row.record), digits), numeric ? 'number' : ''));
+      for (const {of, numeric, digits, linked} of this.columns) {
+        const cell = element('td', '', numeric ? 'number' : ''), value = text(of(row.record), digits);
+        cell.append(linked && row.page ? link(row.page, value) : value);
+        row.shown.append(cell);
       }
     }
     this.arrange();

@@ -37,7 +37,9 @@ TEST(ExperimentPage, HoldsTheFileAndWhatIsKnownBeyondIt) {
   PageExtras extras;
   extras.task = "serve";
   extras.daemon_version = "7.8.9";
-  extras.runs = {{{{{0.5, 0.0, 1.0}, 0.05}}, {{{0.5, 0.0, 0.95}, {0.525, 0.0, 1.0000004}}}}};
+  extras.runs = {{{{{0.5, 0.0, 1.0}, 0.05}},
+                  {{{0.5, 0.0, 0.95}, {0.525, 0.0, 1.0000004}}},
+                  "report.failures.html#run-2"}};
   const std::string page = experimentPage(experimentOf("butler"), extras);
   EXPECT_THAT(page, HasSubstr(R"("format": "handover-experiment/2")"));
   EXPECT_THAT(page, HasSubstr(R"("table": "II")"));
@@ -45,6 +47,7 @@ TEST(ExperimentPage, HoldsTheFileAndWhatIsKnownBeyondIt) {
   EXPECT_THAT(page, HasSubstr(R"("lattice": [[0.5, 0.0, 1.0, 0.05]])"));
   EXPECT_THAT(page, HasSubstr(R"("receiver_tool": [0.525, 0.0, 1.0])"));
   EXPECT_THAT(page, HasSubstr("--task serve"));
+  EXPECT_THAT(page, HasSubstr(R"("page": "report.failures.html#run-2")"));
   EXPECT_THAT(experimentPage(experimentOf("elsewhere"), extras), HasSubstr(R"("paper": null)"));
 }
 

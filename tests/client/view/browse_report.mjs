@@ -19,6 +19,10 @@ await withPage(page_file, async (page, messages, requests) => {
   seen.clearances = await rowsOf('clearances');
   seen.failures = await rowsOf('failures');
   seen.violations = await rowsOf('violations');
+  const linksOf = (id) => page.locator(`#${id} a`).evaluateAll((links) => links.map((link) => link.getAttribute('href')));
+  seen.failure_links = await linksOf('failures');
+  seen.run_links = await linksOf('runs');
+  seen.failures_text = await page.locator('#failures-text').textContent();
   seen.commands = await texts('#failures code');
   seen.marks = await texts('#times .mark-label');
   // Each bar's title begins with how many runs it stands for.

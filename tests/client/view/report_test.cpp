@@ -70,7 +70,9 @@ Json recordOf(int i) {
 Json moreOf(int i, bool solved) {
   Json more = {{"command", "handoverctl plan --cell butler --seed " + std::to_string(40 + i)},
                {"lattice", Json::array()},
-               {"handovers", Json::array()}};
+               {"handovers", Json::array()},
+               {"page", nullptr}};
+  if (!solved && i != 5) more["page"] = "report.failures.html#run-" + std::to_string(i);
   for (const double z : {1.025, 1.075}) {
     for (int cell = 0; cell < 3; ++cell) {
       more["lattice"].push_back({0.525 + 0.05 * cell, 0.025, z, 0.05 - 0.01 * cell});
@@ -202,6 +204,14 @@ TEST_F(BrowsedPage, ShowsTheNumbersGiven) {
   EXPECT_EQ(seen["runs"][5][3], "no_path");
   EXPECT_EQ(seen["runs"][5][5], "–");
   EXPECT_EQ(seen["runs"][5][10], "0.0625");
+}
+
+TEST_F(BrowsedPage, LinksFailuresToTheirPages) {
+  const Json& seen = seenSample();
+  const Json links{"report.failures.html#run-3", "report.failures.html#run-7"};
+  EXPECT_EQ(seen["failure_links"], links);
+  EXPECT_EQ(seen["run_links"], links);
+  EXPECT_THAT(seen["failures_text"].get<std::string>(), HasSubstr("2 have one"));
 }
 
 TEST_F(BrowsedPage, DrawsEveryRunAndIsNotBlank) {
