@@ -52,7 +52,8 @@ TEST_F(Cyclone, ReadsChainsOfThree) {
 TEST_F(Cyclone, ReadsFailuresAndRejections) {
   const auto failed = ask({"script", "fail"});
   EXPECT_THAT(failed.out, HasSubstr("event 4 payload 9 reason 5 causes 4\n")) << failed.err;
-  EXPECT_THAT(failed.out, HasSubstr("event 6 payload 11 outcome 2 cancelled by 0\n"));
+  EXPECT_THAT(failed.out, HasSubstr("event 5 payload 12\n"));  // workspaces
+  EXPECT_THAT(failed.out, HasSubstr("event 7 payload 11 outcome 2 cancelled by 0\n"));
   const auto rejected = ask({"nowhere", "x"});
   EXPECT_EQ(rejected.status, 0) << rejected.err;
 }

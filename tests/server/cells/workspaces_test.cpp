@@ -72,8 +72,8 @@ TEST(Workspaces, AreWhereForwardKinematicsComes) {
   const Workspaces all = workspacesOf(problem, failureOf(FailureReason::kNoCommonWorkspace));
   ASSERT_EQ(all.slices.size(), 3u);
   for (const ReachSlice& slice : all.slices) {
-    const int robot = problem.scene->findRobot(slice.arm.robot);
-    const RobotModel& model = *problem.scene->robots[static_cast<std::size_t>(robot)].model;
+    const RobotId robot = problem.scene->findRobot(slice.arm.robot);
+    const RobotModel& model = *problem.scene->robots[robot].model;
     const Manipulator arm = makeManipulator(problem, robot, model.findArm(slice.arm.arm));
     EXPECT_EQ(slice.tool_link, arm.toolLink());
     RandomConfigurations configurations(*arm.kinematics, 23);
@@ -118,8 +118,8 @@ TEST(Workspaces, AreCutAtTheHeightThatTheFailureIsAbout) {
   EXPECT_EQ(height(failureOf(FailureReason::kGoalInCollision)),
             problem.task.X_WO_goal.translation().z());
   const auto shoulder = [&](const char* robot, const char* arm) {
-    const int index = problem.scene->findRobot(robot);
-    const RobotModel& model = *problem.scene->robots[static_cast<std::size_t>(index)].model;
+    const RobotId index = problem.scene->findRobot(robot);
+    const RobotModel& model = *problem.scene->robots[index].model;
     return makeManipulator(problem, index, model.findArm(arm)).map.p_WShoulder.z();
   };
   EXPECT_NEAR(height(failureOf(FailureReason::kNoCommonWorkspace)),
