@@ -183,7 +183,7 @@ void Runtime::onRequest(const PlanRequest& request) {
   bool full = false;
   {
     const MutexLock lock(mutex_);
-    full = queue_.size() + unprepared_.size() >= settings_.queue_capacity;
+    full = waiting() >= settings_.queue_capacity;
     ahead = static_cast<std::uint32_t>(queue_.size()) + running_;
     if (!full) {
       open_[request.id] = stream;
@@ -340,6 +340,10 @@ void Runtime::expireQueued() {
   }
 }
 
+std::uint32_t Runtime::waiting() const {
+  return static_cast<std::uint32_t>(queue_.size() + unprepared_.size()) + being_prepared_;
+}
+
 void Runtime::publishStatus() {
   DaemonStatus status;
   status.id = settings_.id;
@@ -352,7 +356,7 @@ void Runtime::publishStatus() {
     status.state = stopping_ ? DaemonState::kStopping
                    : ready_  ? DaemonState::kReady
                              : DaemonState::kPreparing;
-    status.queued = static_cast<std::uint32_t>(queue_.size() + unprepared_.size());
+    status.queued = waiting();
     status.running = running_;
     status.counters = counters_;
   }
@@ -370,6 +374,7 @@ Runtime::StreamPtr Runtime::nextUnprepared(bool& stop) {
   if (stop || unprepared_.empty()) return nullptr;
   StreamPtr stream = unprepared_.front();
   unprepared_.pop_front();
+  ++being_prepared_;
   return stream;
 }
 
@@ -387,6 +392,8 @@ void Runtime::prepareRequest(const StreamPtr& stream) {
   }
   {
     const MutexLock lock(mutex_);
+    --being_prepared_;
+    changed_ = true;
     if (!failure && stopping_) failure = Cancelled{CancelCause::kDaemonStopping};
     if (!failure) {
       const auto later = [&](const StreamPtr& it) { return it->taken_at > stream->taken_at; };

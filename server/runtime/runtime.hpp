@@ -75,6 +75,8 @@ class Runtime : public RequestHandler {
   void expire(std::deque<StreamPtr>& waiting, std::vector<StreamPtr>& late)
       HANDOVER_REQUIRES(mutex_);
   void expireQueued();
+  /// Requests that wait for a worker or for what they lack, what is being made included.
+  std::uint32_t waiting() const HANDOVER_REQUIRES(mutex_);
   void publishStatus();
 
   void prepareLoop() noexcept;
@@ -92,6 +94,7 @@ class Runtime : public RequestHandler {
   Condition report_;  // something to report, a new deadline, or stopping
   std::deque<StreamPtr> queue_ HANDOVER_GUARDED_BY(mutex_);
   std::deque<StreamPtr> unprepared_ HANDOVER_GUARDED_BY(mutex_);  // something has to be made first
+  std::uint32_t being_prepared_ HANDOVER_GUARDED_BY(mutex_) = 0;  // taken out of unprepared_
   std::map<RequestId, StreamPtr> open_ HANDOVER_GUARDED_BY(mutex_);
   std::set<RequestId> known_ HANDOVER_GUARDED_BY(mutex_);       // being answered and remembered
   std::deque<RequestId> answered_ HANDOVER_GUARDED_BY(mutex_);  // remembered, oldest first
