@@ -101,6 +101,9 @@ class RuntimeTest : public testing::Test {
     settings.version = "1.2.3";
     runtime.emplace(service, endpoint, settings);
     runtime->start();
+    if (service.holding_prepare || !service.prepare_error.empty()) return;
+    ASSERT_TRUE(endpoint.waitForStatus(
+        [](const DaemonStatus& s) { return s.state == DaemonState::kReady; }));
   }
 
   static PlanRequest request(const std::string& task = "serve") {
