@@ -206,12 +206,14 @@ class TransportSearch {
     state_.sink.emit(std::move(selected));
   }
 
+  /// A deadline that passed on the way ended the shortening of motions: not complete then.
   Outcome solved(const Chain& chain) {
     if (!state_.broken.empty()) return heldBack();
+    if (state_.deadline.state() == Deadline::State::kCancelled) return Cancelled{};
     state_.sink.emit(std::move(state_.plan->solution));
     for (auto& trajectory : state_.plan->trajectories) state_.sink.emit(std::move(trajectory));
     if (chain.size() == 2) noteIfOneArmWouldDo(chain.front());
-    return Done{0, true};
+    return Done{0, !state_.over()};
   }
 
   /// A plan that breaks a rule is a fault of ours.
