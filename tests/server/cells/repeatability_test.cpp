@@ -149,6 +149,7 @@ void dropCountsUnderWay(std::vector<PlanEventPayload>& events) {
 }
 
 bool isSolution(const PlanEventPayload& event) { return std::holds_alternative<Solution>(event); }
+
 bool isFailure(const PlanEventPayload& event) { return std::holds_alternative<Failure>(event); }
 
 TEST_F(Interleaved, CancelsEndTheirOwnRequestOnly) {
