@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cells/cell_service.hpp"
 
-#include "cells/decomposition_cache.hpp"
 #include "cells/nearest_fix.hpp"
 #include "cells/request_task.hpp"
 #include "core/planning/collision_context.hpp"
@@ -65,12 +64,11 @@ Rejected badRequest(std::vector<Fault> faults) {
 CellService::CellService(const std::filesystem::path& root, const std::vector<std::string>& cells,
                          const std::filesystem::path& cache_folder,
                          ResourceCache::Progress progress, bool force)
-    : cache_(cache_folder, progress, force) {
-  const DecompositionCache divide(cache_folder, force, std::move(progress));
-  divide.loadInRounds([&] {
+    : divide_(cache_folder, force, progress), cache_(cache_folder, std::move(progress), force) {
+  divide_.loadInRounds([&] {
     cells_.clear();
     models_.clear();
-    load(root, cells, divide);
+    load(root, cells);
     return true;
   });
   const auto log = logger("cells");
@@ -80,12 +78,11 @@ CellService::CellService(const std::filesystem::path& root, const std::vector<st
   }
 }
 
-void CellService::load(const std::filesystem::path& root, const std::vector<std::string>& cells,
-                       const ConvexDecomposer& divide) {
+void CellService::load(const std::filesystem::path& root, const std::vector<std::string>& cells) {
   std::vector<FileFault> faults;
   for (const auto& name : cells) {
     const auto file = cellFile(name, root);
-    Cell cell = Cell::load(file, root, models_, divide);
+    Cell cell = Cell::load(file, root, models_, divide_);
     if (find(cell.name()) != nullptr) {
       faults.push_back({file.string(), 0, "a cell named '" + cell.name() + "' is loaded already"});
       continue;
@@ -162,40 +159,59 @@ std::vector<RobotResources> CellService::resources(const Scene& scene, const std
   return all;
 }
 
+std::variant<Cell::Instance, std::vector<Fault>> CellService::instanceOf(const Loaded& loaded,
+                                                                         const PlanRequest& request,
+                                                                         const Deadline& deadline,
+                                                                         Missing missing) const {
+  if (request.overrides.empty()) return loaded.instance;
+  const auto divide = [&](const TriangleMesh& mesh) -> Result<std::vector<TriangleMesh>> {
+    if (auto known = divide_.known(mesh)) return std::move(*known);
+    if (missing == Missing::kThrow) throw NotPrepared("a mesh that is not divided");
+    auto parts = divide_.parts(mesh, deadline);
+    if (deadline.over()) throw std::runtime_error("a mesh is not divided");
+    return parts;
+  };
+  return loaded.cell.instantiate(request.overrides, loaded.revision, divide);
+}
+
+namespace {
+
+/// Of a request that needs something made first.
+Outcome stoppedMaking(const Deadline& deadline, const std::string& what) {
+  if (deadline.state() == Deadline::State::kCancelled) return Cancelled{};
+  Failed late;
+  late.reason = FailureReason::kDeadline;
+  late.explanation.filter = "prepare";
+  late.explanation.text = "The deadline passed while parts, maps and grasps were made: " + what;
+  late.explanation.causes = {{Cause::kDeadline, {}, {}, 1}};
+  return late;
+}
+
+}  // namespace
+
 std::variant<TransportProblem, Outcome> CellService::problemOf(const Loaded& loaded,
                                                                const PlanRequest& request,
                                                                const Deadline& deadline,
                                                                Missing missing) {
   Cell::Instance instance = loaded.instance;
-  std::vector<Fault> faults;
-  if (!request.overrides.empty()) {
-    auto changed = loaded.cell.instantiate(request.overrides, loaded.revision);
+  TransportProblem problem;
+  try {
+    std::vector<Fault> faults;
+    auto changed = instanceOf(loaded, request, deadline, missing);
     if (auto* found = std::get_if<std::vector<Fault>>(&changed)) {
       faults = std::move(*found);  // the rest is checked against the cell as it is
     } else {
       instance = std::get<Cell::Instance>(std::move(changed));
     }
-  }
-
-  TransportProblem problem;
-  problem.task = resolveTask(request, instance, faults);
-  checkSearch(request, problem.task, faults);
-  if (!faults.empty()) return badRequest(std::move(faults));
-  try {
+    problem.task = resolveTask(request, instance, faults);
+    checkSearch(request, problem.task, faults);
+    if (!faults.empty()) return badRequest(std::move(faults));
     problem.resources = resources(*instance.scene, problem.task.object, deadline, missing);
   } catch (const NotPrepared&) {
     throw;
   } catch (const std::runtime_error& error) {
-    // Maps and grasps of a changed robot or object take long to make.
-    if (deadline.state() == Deadline::State::kCancelled) return Cancelled{};
-    if (deadline.state() == Deadline::State::kOpen) throw;
-    Failed late;
-    late.reason = FailureReason::kDeadline;
-    late.explanation.filter = "prepare";
-    late.explanation.text =
-        std::string("The deadline passed while maps and grasps were made: ") + error.what();
-    late.explanation.causes = {{Cause::kDeadline, {}, {}, 1}};
-    return late;
+    if (deadline.over()) return stoppedMaking(deadline, error.what());
+    throw;
   }
   std::shared_ptr<const Scene> scene = instance.scene;
   if (problem.task.held_by) {

@@ -2,6 +2,7 @@
 // The real PlanService: cells from files, maps and grasp sets from the cache, plans from the core.
 #pragma once
 
+#include "cells/decomposition_cache.hpp"
 #include "cells/resource_cache.hpp"
 #include "core/planning/plan_transport.hpp"
 #include "runtime/plan_service.hpp"
@@ -52,12 +53,17 @@ class CellService : public PlanService {
     std::string scene_hash;  ///< of the first task
   };
 
-  void load(const std::filesystem::path& root, const std::vector<std::string>& cells,
-            const ConvexDecomposer& divide);
+  void load(const std::filesystem::path& root, const std::vector<std::string>& cells);
   const Loaded* find(const std::string& cell) const;
   void prepareCell(const Loaded& loaded, const Deadline& deadline);
   std::vector<RobotResources> resources(const Scene& scene, const std::string& object,
                                         const Deadline& deadline, Missing missing);
+  /// The cell as the request has it; or every fault.
+  /// @throws NotPrepared; std::runtime_error past the deadline
+  std::variant<Cell::Instance, std::vector<Fault>> instanceOf(const Loaded& loaded,
+                                                              const PlanRequest& request,
+                                                              const Deadline& deadline,
+                                                              Missing missing) const;
   /// The request against the cell; or the outcome of one that cannot be planned at all.
   std::variant<TransportProblem, Outcome> problemOf(const Loaded& loaded,
                                                     const PlanRequest& request,
@@ -72,6 +78,7 @@ class CellService : public PlanService {
   std::vector<Loaded> cells_;
   std::size_t next_to_prepare_ = 0;
   ModelCache models_;
+  DecompositionCache divide_;
   ResourceCache cache_;
 };
 

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -18,6 +19,8 @@ namespace handover {
 namespace {
 
 using Parts = std::vector<TriangleMesh>;
+
+constexpr std::size_t kMostInMemory = 64;  // meshes
 
 /// The box of a mesh, by its corners.
 TriangleMesh boxOf(const TriangleMesh& mesh) {
@@ -42,6 +45,8 @@ struct DecompositionCache::Data {
   Mutex mutex;
   std::set<std::uint64_t> missing HANDOVER_GUARDED_BY(mutex);  ///< found while looking
   std::set<std::uint64_t> made HANDOVER_GUARDED_BY(mutex);
+  /// What no file has: refusals, and parts that could not be written.
+  std::map<std::uint64_t, Result<Parts>> in_memory HANDOVER_GUARDED_BY(mutex);
 
   std::filesystem::path fileOf(std::uint64_t hash) const {
     return folder / fmt::format("{:016x}.parts", hash);
@@ -50,14 +55,15 @@ struct DecompositionCache::Data {
   bool keeps() const { return !folder.empty(); }
 
   /// nullopt where there are none that count.
-  std::optional<Parts> kept(std::uint64_t hash) {
-    if (!keeps()) return std::nullopt;
+  std::optional<Result<Parts>> kept(std::uint64_t hash) {
     {
       const MutexLock lock(mutex);
+      if (const auto found = in_memory.find(hash); found != in_memory.end()) return found->second;
+      if (!keeps()) return std::nullopt;
       if (force && !made.contains(hash)) return std::nullopt;
     }
     auto known = readPartsFile(fileOf(hash), hash);
-    if (known) return std::move(*known);
+    if (known) return Result<Parts>(std::move(*known));
     if (known.error().code != ErrorCode::kNotFound) {
       logger("parts")->warn("{}; it is made again", known.error().detail);
     }
@@ -85,14 +91,18 @@ struct DecompositionCache::Data {
              static_cast<double>(done) / static_cast<double>(all));
   }
 
-  void keep(const Parts& parts, std::uint64_t hash) {
-    if (keeps()) {
-      if (const auto written = writePartsFile(parts, hash, fileOf(hash)); !written) {
-        logger("parts")->warn("{}; the parts are not kept", written.error().detail);
-      }
+  void keep(const Result<Parts>& parts, std::uint64_t hash) {
+    bool written = false;
+    if (parts && keeps()) {
+      const auto file = writePartsFile(*parts, hash, fileOf(hash));
+      if (!file) logger("parts")->warn("{}; the parts are not kept", file.error().detail);
+      written = file.has_value();
     }
     const MutexLock lock(mutex);
-    made.insert(hash);
+    if (parts) made.insert(hash);
+    if (written) return;
+    if (in_memory.size() >= kMostInMemory) in_memory.clear();
+    in_memory.insert_or_assign(hash, parts);
   }
 };
 
@@ -107,13 +117,22 @@ DecompositionCache::DecompositionCache(const std::filesystem::path& folder, bool
 DecompositionCache::~DecompositionCache() = default;
 
 Result<Parts> DecompositionCache::operator()(const TriangleMesh& mesh) const {
+  return parts(mesh, {});
+}
+
+Result<Parts> DecompositionCache::parts(const TriangleMesh& mesh, const Deadline& deadline) const {
   const std::uint64_t hash = partsHash(mesh);
   if (auto known = data_->kept(hash)) return std::move(*known);
   if (data_->looking) return data_->standIn(mesh, hash);
   data_->tell();
-  auto parts = convexParts(mesh);
-  if (parts) data_->keep(*parts, hash);
+  auto parts = convexPartsWithin(mesh, deadline);
+  if (parts || parts.error().code != ErrorCode::kDeadline) data_->keep(parts, hash);
   return parts;
+}
+
+std::optional<Result<Parts>> DecompositionCache::known(const TriangleMesh& mesh) const {
+  if (const auto can = divisible(mesh); !can) return Result<Parts>(can.error());
+  return data_->kept(partsHash(mesh));
 }
 
 void DecompositionCache::loadInRounds(const std::function<bool()>& load) const {

@@ -177,6 +177,12 @@ const std::vector<Variation>& Cell::variations() const { return data_->descripti
 
 std::variant<Cell::Instance, std::vector<Fault>> Cell::instantiate(
     const std::vector<Override>& overrides, std::uint64_t revision) const {
+  return instantiate(overrides, revision, data_->divide);
+}
+
+std::variant<Cell::Instance, std::vector<Fault>> Cell::instantiate(
+    const std::vector<Override>& overrides, std::uint64_t revision,
+    const ConvexDecomposer& divide) const {
   if (overrides.empty()) {
     auto scene = std::make_shared<Scene>(*data_->scene);
     scene->revision = revision;
@@ -192,7 +198,7 @@ std::variant<Cell::Instance, std::vector<Fault>> Cell::instantiate(
   }
   if (!faults.empty()) return faults;
   ResolvedCell resolved =
-      resolveCell(description, data_->models, data_->root, data_->divide, data_->shapes, report);
+      resolveCell(description, data_->models, data_->root, divide, data_->shapes, report);
   if (!report.clean()) return asOverrideFaults(report, overrides);
   resolved.scene.revision = revision;
   return Instance{std::make_shared<const Scene>(std::move(resolved.scene)),

@@ -54,6 +54,10 @@ class Cell {
   /// the one nearest to the posture before. Unreachable ones are faults naming robot and arm.
   std::variant<Instance, std::vector<Fault>> instantiate(const std::vector<Override>& overrides,
                                                          std::uint64_t revision) const;
+  /// The same with another decomposer for what the overrides name; what it throws comes through.
+  std::variant<Instance, std::vector<Fault>> instantiate(const std::vector<Override>& overrides,
+                                                         std::uint64_t revision,
+                                                         const ConvexDecomposer& divide) const;
 
  private:
   struct Data;

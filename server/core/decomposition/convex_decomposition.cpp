@@ -182,13 +182,14 @@ std::pair<MeshPiece, MeshPiece> cutBest(const MeshPiece& piece, double volume,
   return piece.cut(best.axis, best.at);
 }
 
-/// Hulls of pieces that all fit; nullopt when it takes more than `most`.
+/// Hulls of pieces that all fit; nullopt when it takes more than `most`, or past the deadline.
 std::optional<std::vector<Hull>> cutToFit(MeshPiece whole, const SignedDistanceGrid& grid,
-                                          std::size_t most) {
+                                          std::size_t most, const Deadline& deadline) {
   std::vector<Hull> hulls;
   std::vector<MeshPiece> waiting;
   waiting.push_back(std::move(whole));
   while (!waiting.empty()) {
+    if (deadline.over()) return std::nullopt;
     MeshPiece piece = std::move(waiting.back());
     waiting.pop_back();
     std::vector<Vector3d> points = piece.points(grid);
@@ -215,9 +216,10 @@ class Joiner {
   Joiner(std::vector<Hull> hulls, const SignedDistanceGrid& grid)
       : hulls_(std::move(hulls)), gone_(hulls_.size(), false), grid_(grid) {}
 
-  std::vector<Hull> join() {
-    for (std::size_t i = 0; i < hulls_.size(); ++i) propose(i);
-    while (!pairs_.empty()) {
+  /// Past the deadline, as far as it came.
+  std::vector<Hull> join(const Deadline& deadline) {
+    for (std::size_t i = 0; i < hulls_.size() && !deadline.over(); ++i) propose(i);
+    while (!pairs_.empty() && !deadline.over()) {
       const Pair best = pairs_.top();
       pairs_.pop();
       if (gone_[best.a] || gone_[best.b]) continue;
@@ -279,7 +281,7 @@ Hull simplified(const Hull& hull, const SignedDistanceGrid& grid, double reach) 
 
 // ---- the whole
 
-Result<std::vector<Hull>> divide(const std::vector<Triangle>& triangles) {
+Result<std::vector<Hull>> divide(const std::vector<Triangle>& triangles, const Deadline& deadline) {
   const AlignedBox3d box = boxOf(triangles);
   for (const Level& level : kLevels) {
     double voxel = level.reach / kFineVoxelsPerReach;
@@ -287,13 +289,17 @@ Result<std::vector<Hull>> divide(const std::vector<Triangle>& triangles) {
       voxel = level.reach / kVoxelsPerReach;
     if (SignedDistanceGrid::cells(box, voxel) > level.most_cells) continue;
     const SignedDistanceGrid grid(triangles, box, voxel, level.reach);
-    auto pieces = cutToFit(MeshPiece(triangles, box), grid, kPiecesPerPart * level.most_parts);
+    auto pieces =
+        cutToFit(MeshPiece(triangles, box), grid, kPiecesPerPart * level.most_parts, deadline);
+    if (deadline.over()) break;
     if (!pieces) continue;
-    std::vector<Hull> parts = Joiner(std::move(*pieces), grid).join();
+    std::vector<Hull> parts = Joiner(std::move(*pieces), grid).join(deadline);
+    if (deadline.over()) break;
     if (parts.size() > level.most_parts) continue;
     for (Hull& part : parts) part = simplified(part, grid, level.reach);
     return parts;
   }
+  if (deadline.over()) return Error{ErrorCode::kDeadline, "stopped while it was divided"};
   const Level& last = kLevels[std::size(kLevels) - 1];
   return Error{ErrorCode::kInvalidInput, "takes more than " + std::to_string(last.most_parts) +
                                              " convex parts to be met to 5 mm"};
@@ -348,13 +354,18 @@ Result<bool> divisible(const TriangleMesh& mesh) {
 }
 
 Result<std::vector<TriangleMesh>> convexParts(const TriangleMesh& mesh) {
+  return convexPartsWithin(mesh, {});
+}
+
+Result<std::vector<TriangleMesh>> convexPartsWithin(const TriangleMesh& mesh,
+                                                    const Deadline& deadline) {
   using namespace decomposition;
   auto triangles = trianglesOf(mesh);
   if (!triangles) return triangles.error();
   const Eigen::Matrix3d axes = cuttingAxes(*triangles);
   turn(*triangles, axes.transpose());
   if (const auto fits = fitsAGrid(*triangles); !fits) return fits.error();
-  const auto hulls = divide(*triangles);
+  const auto hulls = divide(*triangles, deadline);
   if (!hulls) return hulls.error();
   std::vector<TriangleMesh> parts;
   for (const Hull& hull : *hulls) {

@@ -4,6 +4,7 @@
 
 #include "core/decomposition/triangle_mesh.hpp"
 
+#include <handover/common/deadline.hpp>
 #include <handover/common/result.hpp>
 
 #include <functional>
@@ -28,6 +29,10 @@ inline constexpr double kMostReach = 0.005;
 /// Deterministic. kInvalidInput, with the reason, for what is beyond the bounds: no triangle, more
 /// than 200 000, a vertex that is not finite, a box larger than about 1 m^3, more than 512 parts.
 Result<std::vector<TriangleMesh>> convexParts(const TriangleMesh& mesh);
+
+/// The same, given up with kDeadline when the deadline passes or is cancelled.
+Result<std::vector<TriangleMesh>> convexPartsWithin(const TriangleMesh& mesh,
+                                                    const Deadline& deadline);
 
 /// What convexParts() refuses at once, without dividing; true otherwise.
 Result<bool> divisible(const TriangleMesh& mesh);

@@ -3,6 +3,8 @@
 #include "butler_service.hpp"
 #include "core/kinematics/arm_kinematics.hpp"
 #include "settings/roots.hpp"
+#include "support/meshes.hpp"
+#include "support/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,6 +12,8 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <filesystem>
+#include <sstream>
 #include <thread>
 
 namespace handover::test {
@@ -219,6 +223,45 @@ TEST(CellService, OneThatMakesGraspsHoldsUpNobodyElse) {
   EXPECT_TRUE(std::holds_alternative<Done>(ask(butlerRequest()).outcome));
   EXPECT_FALSE(ended);
   deadline.cancel();
+}
+
+/// The text of a Wavefront file.
+std::string objOf(const TriangleMesh& mesh) {
+  std::ostringstream text;
+  for (const Eigen::Vector3d& v : mesh.vertices) text << "v " << v.transpose() << "\n";
+  for (const auto& t : mesh.triangles) {
+    text << "f " << t[0] + 1 << " " << t[1] + 1 << " " << t[2] + 1 << "\n";
+  }
+  return text.str();
+}
+
+TEST(CellService, AMeshThatARequestBringsIsDividedBeforeItIsPlanned) {
+  butlerService();  // its maps and grasps are kept
+  const TemporaryFolder root, cache;
+  const std::filesystem::path source = HANDOVER_SOURCE_DIR, binary = HANDOVER_BINARY_DIR;
+  for (const char* folder : {"robots", "config"}) {
+    std::filesystem::create_directory_symlink(source / folder, root / folder);
+  }
+  for (const char* folder : {"maps", "grasps"}) {
+    std::filesystem::create_directory_symlink(binary / "test-cache/handover" / folder,
+                                              cache / folder);
+  }
+  root.write("angle.obj", objOf(angleMesh()));
+  CellService service(root.path(), {"butler"}, cache.path(), {}, false);
+  service.prepareAll(Deadline());
+  const PlanRequest request =
+      butlerRequest({{"objects.milk_carton.geometry", "{type: mesh, path: angle.obj}"},
+                     {"objects.milk_carton.pose.xyz", "[3, 3, 0.5]"}});
+  Recorder recorder;
+  const auto alone = [] { return false; };
+  EXPECT_FALSE(service.plan(request, recorder, Deadline(), alone));
+  EXPECT_TRUE(recorder.events.empty());
+  const Deadline passed(Deadline::Clock::now());
+  service.prepare(request, passed);
+  EXPECT_FALSE(service.plan(request, recorder, Deadline(), alone));
+  service.prepare(request, Deadline());
+  EXPECT_TRUE(service.plan(request, recorder, Deadline(), alone));
+  EXPECT_FALSE(std::filesystem::is_empty(cache / "parts"));
 }
 
 TEST(CellService, CancelledBeforehandSaysSo) {

@@ -123,6 +123,35 @@ TEST_F(PartsCacheTest, KeepsNothingWithoutAFolder) {
   EXPECT_EQ(cache(mesh_)->size(), 2u);
 }
 
+TEST_F(PartsCacheTest, KnowsWhatItMadeOnly) {
+  for (const fs::path& folder : {fs::path(), folder_.path()}) {
+    const DecompositionCache cache(folder, false);
+    EXPECT_FALSE(cache.known(mesh_));
+    ASSERT_TRUE(cache(mesh_));
+    const auto known = cache.known(mesh_);
+    ASSERT_TRUE(known);
+    EXPECT_EQ((*known)->size(), 2u);
+  }
+}
+
+TEST_F(PartsCacheTest, KnowsRefusals) {
+  const DecompositionCache cache(folder_.path(), false);
+  mesh_ = test::moved(test::cupMesh(), Pose::Identity(), 100);
+  const auto known = cache.known(mesh_);
+  ASSERT_TRUE(known);
+  EXPECT_FALSE(*known);
+}
+
+TEST_F(PartsCacheTest, StopsAtItsDeadline) {
+  const DecompositionCache cache(folder_.path(), false);
+  const Deadline passed(Deadline::Clock::now());
+  const auto parts = cache.parts(mesh_, passed);
+  ASSERT_FALSE(parts);
+  EXPECT_EQ(parts.error().code, ErrorCode::kDeadline);
+  EXPECT_FALSE(cache.known(mesh_));
+  EXPECT_EQ(cache(mesh_)->size(), 2u);
+}
+
 TEST_F(PartsCacheTest, PassesOnWhatCannotBeDivided) {
   mesh_.triangles.clear();
   EXPECT_EQ(parts(), 0u);
