@@ -134,6 +134,7 @@ class FileChecker {
     } else if (has("cells") || has("domain") || has("threads") || has("transport") ||
                has("cache") || has("log_level") || has("profile") || has("discovery_servers")) {
       readDaemonSettings(file);
+      append(checkNamedCells(file, root_), faults_);
     } else {
       throw FileError({{file.string(), 0, "is no cell, robot or daemon settings"}});
     }

@@ -1,9 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/settings_file.hpp"
 
+#include "settings/roots.hpp"
 #include "settings/yaml_reader.hpp"
 
+#include <set>
+
 namespace handover {
+namespace {
+
+std::set<std::string> cellNames(const std::filesystem::path& root) {
+  std::set<std::string> names;
+  std::error_code none;
+  const std::filesystem::directory_iterator files(root / "config" / "cells", none), end;
+  if (none) return names;
+  for (const auto& file : files) {
+    if (file.path().extension() == ".yaml") names.insert(file.path().stem().string());
+  }
+  return names;
+}
+
+}  // namespace
 
 DaemonSettings readDaemonSettings(const std::filesystem::path& file) {
   const std::string shown_file = file.string();
@@ -49,6 +66,28 @@ DaemonSettings readDaemonSettings(const std::filesystem::path& file) {
   }
   if (!report.clean()) throw FileError(report.inFile(shown_file));
   return settings;
+}
+
+std::vector<FileFault> checkNamedCells(const std::filesystem::path& file,
+                                       const std::filesystem::path& root) {
+  const std::string shown_file = file.string();
+  const YamlNode document = parseYaml(readSettingsText(file), shown_file);
+  const YamlNode* cells = document.find("cells");
+  if (cells == nullptr || cells->values.empty()) {
+    const int line = cells == nullptr ? 0 : cells->line;
+    return {{shown_file, line, "cells: names no cell; the daemon needs one here or as --cell"}};
+  }
+  std::vector<FileFault> faults;
+  for (const YamlNode& cell : cells->values) {
+    const std::filesystem::path named = cellFile(cell.text, root);
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(named, ignored)) continue;
+    const std::string nearest = nearestOf(cellNames(root), cell.text);
+    faults.push_back({shown_file, cell.line,
+                      "cells: no cell '" + cell.text + "' (looked for " + named.string() + ")" +
+                          (nearest.empty() ? "" : "; the nearest known one is '" + nearest + "'")});
+  }
+  return faults;
 }
 
 }  // namespace handover

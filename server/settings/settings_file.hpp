@@ -2,6 +2,8 @@
 // config/handoverd.yaml -> the daemon's settings.
 #pragma once
 
+#include "core/model_io/file_fault.hpp"
+
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -22,5 +24,9 @@ struct DaemonSettings {
 
 /// Absent keys keep their defaults. @throws FileError with every fault and its line.
 DaemonSettings readDaemonSettings(const std::filesystem::path& file);
+
+/// What is wrong with the cells that such a file names: none at all, or one without a file.
+std::vector<FileFault> checkNamedCells(const std::filesystem::path& file,
+                                       const std::filesystem::path& root);
 
 }  // namespace handover

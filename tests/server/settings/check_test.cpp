@@ -10,6 +10,7 @@ namespace {
 
 using handover::testing::TinyRoot;
 using handover::testing::with;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -29,6 +30,19 @@ class CheckFiles : public ::testing::Test {
 
   TinyRoot root_;
 };
+
+TEST_F(CheckFiles, FindsCellsThatAreNotThere) {
+  root_.write("some.yaml", "version: 1\ncells:\n  - test\n  - tset\n  - nowhere/x.yaml\n");
+  root_.write("none.yaml", "version: 1\ncells: []\n");
+  root_.write("silent.yaml", "version: 1\nthreads: 2\n");
+  const auto faults = check({"some.yaml", "none.yaml", "silent.yaml"});
+  ASSERT_EQ(faults.size(), 4u);
+  EXPECT_THAT(faults[0], AllOf(HasSubstr("some.yaml:4: cells: no cell 'tset'"),
+                               HasSubstr("the nearest known one is 'test'")));
+  EXPECT_THAT(faults[1], HasSubstr("some.yaml:5: cells: no cell 'nowhere/x.yaml'"));
+  EXPECT_THAT(faults[2], HasSubstr("none.yaml:2: cells: names no cell"));
+  EXPECT_THAT(faults[3], HasSubstr("silent.yaml: cells: names no cell"));
+}
 
 TEST_F(CheckFiles, FindsNothingWrongWithGoodOnes) {
   root_.write("handoverd.yaml", "version: 1\ncells: [test]\n");
