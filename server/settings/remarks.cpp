@@ -52,9 +52,7 @@ Eigen::AlignedBox3d boxOf(const std::vector<Shape>& shapes, const DividedBodies&
   std::vector<bool> exact(shapes.size(), true);
   Eigen::AlignedBox3d box;
   for (const DividedBody& body : divided) {
-    for (int i = 0; i < body.shape_count; ++i) {
-      exact[static_cast<std::size_t>(body.first_shape + i)] = false;
-    }
+    std::fill_n(exact.begin() + body.first_shape, body.shape_count, false);
     for (const Vector3d& v : body.surface.vertices) box.extend(X_WB * v);
   }
   for (std::size_t i = 0; i < shapes.size(); ++i) {
@@ -79,9 +77,9 @@ const DividedBodies& dividedOf(const std::shared_ptr<const DividedBodies>& divid
 
 double partsVolume(const std::vector<Shape>& shapes, const DividedBody& body) {
   double volume = 0;
-  for (int i = 0; i < body.shape_count; ++i) {
-    const auto& shape = shapes[static_cast<std::size_t>(body.first_shape + i)];
-    const auto& convex = std::get<ConvexShape>(shape.geometry);
+  const auto first = shapes.begin() + body.first_shape;
+  for (auto shape = first; shape != first + body.shape_count; ++shape) {
+    const auto& convex = std::get<ConvexShape>(shape->geometry);
     volume += signedVolume({convex.vertices, convex.triangles});
   }
   return volume;
