@@ -25,6 +25,25 @@ double reachOf(const RobotModel& model, LinkId link) {
   return reach * 1.01;  // round shapes are drawn by inscribed facets
 }
 
+/// How far a point of a link moves at most while a dof moves by 1, whatever the posture: the link's
+/// own extent and the joints between it and the dof's axis.
+double speedOf(const RobotModel& model, LinkId link, DofId dof) {
+  double arm_length = reachOf(model, link);
+  double speed = 0;
+  for (LinkId l = link; l != LinkId(0);) {
+    const Joint& joint = model.joints[model.links[l].parent_joint];
+    if (joint.type != JointType::kFixed && joint.dof == dof) {
+      const double factor = joint.mimic ? std::abs(joint.mimic_multiplier) : 1.0;
+      speed += factor * (joint.type == JointType::kRevolute ? arm_length : 1.0);
+    }
+    if (joint.type == JointType::kPrismatic)
+      arm_length += std::max(std::abs(joint.lower), std::abs(joint.upper));
+    arm_length += joint.X_PJ.translation().norm();
+    l = joint.parent_link;
+  }
+  return speed;
+}
+
 }  // namespace
 
 FingerClosing::FingerClosing(const SceneObject& object, HandModel hand, const GraspRules& rules)
@@ -52,57 +71,46 @@ FingerClosing::FingerClosing(const SceneObject& object, HandModel hand, const Gr
     link_parts_.emplace_back(model.links[link].collision);
     if (link_body_.back().valid()) links_.push_back(link);
   }
+  guardSelfPairs();
+  for (const DofId dof : hand_.hand.dofs) addMovers(dof);
+}
+
+void FingerClosing::guardSelfPairs() {
   // Pairs that are already close with the hand open stay as they are there: that is the hand's
   // build.
   set(Pose::Identity(), hand_.hand.open);
-  for (const LinkId a : links) {
-    for (const LinkId b : links) {
-      if (!(a < b)) continue;
-      const BodyId body_a = link_body_[a];
-      const BodyId body_b = link_body_[b];
-      if (!body_a.valid() || !body_b.valid()) continue;
-      if (scene.standingPairs().contains(body_a, body_b)) continue;
-      const auto open = world_.distance(body_a, body_b, rules_.self_clearance);
+  const BodyPairs& standing = world_.scene().standingPairs();
+  for (std::size_t k = 1; k < links_.size(); ++k) {
+    for (std::size_t i = 0; i < k; ++i) {
+      const BodyId a = link_body_[links_[i]], b = link_body_[links_[k]];
+      if (standing.contains(a, b)) continue;
+      const auto open = world_.distance(a, b, rules_.self_clearance);
       if (open && open->distance <= 0) continue;
       const double needed =
           open ? std::min(rules_.self_clearance, open->distance - 1e-4) : rules_.self_clearance;
-      self_pairs_.push_back({body_a, body_b, a, b, needed});
+      self_pairs_.push_back({a, b, links_[i], links_[k], needed});
     }
   }
-  for (const DofId dof : hand_.hand.dofs) {
-    const std::vector<LinkId> moved = model.linksMovedBy({dof});
-    std::vector<bool> moves(model.links.size(), false);
-    for (const LinkId link : moved) moves[link] = true;
-    // Reach of a link from this dof's axis: its own extent and the joints between, whatever their
-    // posture.
-    std::vector<Mover> movers;
-    for (const LinkId link : moved) {
-      const BodyId body = link_body_[link];
-      if (!body.valid()) continue;
-      double arm_length = reachOf(model, link);
-      double speed = 0;
-      for (LinkId l = link; l != LinkId(0);) {
-        const Joint& joint = model.joints[model.links[l].parent_joint];
-        if (joint.type != JointType::kFixed && joint.dof == dof) {
-          const double factor = joint.mimic ? std::abs(joint.mimic_multiplier) : 1.0;
-          speed += factor * (joint.type == JointType::kRevolute ? arm_length : 1.0);
-        }
-        if (joint.type == JointType::kPrismatic)
-          arm_length += std::max(std::abs(joint.lower), std::abs(joint.upper));
-        arm_length += joint.X_PJ.translation().norm();
-        l = joint.parent_link;
-      }
-      movers.push_back({link, body, speed});
-    }
-    std::vector<SelfPair> guarded;
-    for (const SelfPair& pair : self_pairs_) {
-      if (moves[pair.link_a] != moves[pair.link_b] || (moves[pair.link_a] && moved.size() > 1)) {
-        guarded.push_back(pair);
-      }
-    }
-    movers_.push_back(std::move(movers));
-    guarded_.push_back(std::move(guarded));
+}
+
+void FingerClosing::addMovers(DofId dof) {
+  const RobotModel& model = *hand_.model;
+  const std::vector<LinkId> moved = model.linksMovedBy({dof});
+  std::vector<bool> moves(model.links.size(), false);
+  for (const LinkId link : moved) moves[link] = true;
+  std::vector<Mover> movers;
+  for (const LinkId link : moved) {
+    const BodyId body = link_body_[link];
+    if (body.valid()) movers.push_back({link, body, speedOf(model, link, dof)});
   }
+  std::vector<SelfPair> guarded;
+  for (const SelfPair& pair : self_pairs_) {
+    if (moves[pair.link_a] != moves[pair.link_b] || (moves[pair.link_a] && moved.size() > 1)) {
+      guarded.push_back(pair);
+    }
+  }
+  movers_.push_back(std::move(movers));
+  guarded_.push_back(std::move(guarded));
 }
 
 int FingerClosing::fingerOf(const std::string& link) const {

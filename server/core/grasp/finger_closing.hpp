@@ -76,6 +76,10 @@ class FingerClosing {
     double needed = 0;
   };
 
+  /// Of the constructor.
+  void guardSelfPairs();
+  void addMovers(DofId dof);
+
   void set(const Pose& X_OT, const Eigen::VectorXd& q);
   /// Of the part of the hand nearest to the object's convex parts, at most `max`; any part's below
   /// `enough` will do.
