@@ -395,6 +395,10 @@ void Runtime::prepareRequest(const StreamPtr& stream) {
     --being_prepared_;
     changed_ = true;
     if (!failure && stopping_) failure = Cancelled{CancelCause::kDaemonStopping};
+    if (!failure && stream->deadline.state() == Deadline::State::kPassed) {
+      failure = failed(FailureReason::kDeadline, "prepare",
+                       "The deadline passed while parts, maps or grasps were made.");
+    }
     if (!failure) {
       const auto later = [&](const StreamPtr& it) { return it->taken_at > stream->taken_at; };
       queue_.insert(std::find_if(queue_.begin(), queue_.end(), later), stream);

@@ -169,10 +169,11 @@ double hullVolume(const std::vector<Vector3d>& points) {
 
 /// Cuts where the two hulls become smallest together.
 std::pair<MeshPiece, MeshPiece> cutBest(const MeshPiece& piece, double volume,
-                                        const SignedDistanceGrid& grid) {
+                                        const SignedDistanceGrid& grid, const Deadline& deadline) {
   double least = std::numeric_limits<double>::infinity();
   Cut best;
   for (const Cut& cut : cutsOf(piece)) {
+    if (deadline.over()) break;
     const auto [below, above] = piece.cut(cut.axis, cut.at);
     const double part = (cut.at - piece.box().min()[cut.axis]) / piece.box().sizes()[cut.axis];
     const double cost = hullVolume(below.points(grid)) + hullVolume(above.points(grid)) +
@@ -201,7 +202,7 @@ std::optional<std::vector<Hull>> cutToFit(MeshPiece whole, const SignedDistanceG
       if (hulls.size() + waiting.size() > most) return std::nullopt;
       continue;
     }
-    auto [below, above] = cutBest(piece, hull.volume, grid);
+    auto [below, above] = cutBest(piece, hull.volume, grid, deadline);
     waiting.push_back(std::move(above));
     waiting.push_back(std::move(below));
   }
@@ -281,25 +282,33 @@ Hull simplified(const Hull& hull, const SignedDistanceGrid& grid, double reach) 
 
 // ---- the whole
 
-Result<std::vector<Hull>> divide(const std::vector<Triangle>& triangles, const Deadline& deadline) {
+/// Parts as near as the level asks for; nullopt where that takes too many, or past the deadline.
+std::optional<std::vector<Hull>> divideAt(const Level& level,
+                                          const std::vector<Triangle>& triangles,
+                                          const Deadline& deadline) {
   const AlignedBox3d box = boxOf(triangles);
-  for (const Level& level : kLevels) {
-    double voxel = level.reach / kFineVoxelsPerReach;
-    if (SignedDistanceGrid::cells(box, voxel) > kMostFineCells)
-      voxel = level.reach / kVoxelsPerReach;
-    if (SignedDistanceGrid::cells(box, voxel) > level.most_cells) continue;
-    const SignedDistanceGrid grid(triangles, box, voxel, level.reach);
-    auto pieces =
-        cutToFit(MeshPiece(triangles, box), grid, kPiecesPerPart * level.most_parts, deadline);
-    if (deadline.over()) break;
-    if (!pieces) continue;
-    std::vector<Hull> parts = Joiner(std::move(*pieces), grid).join(deadline);
-    if (deadline.over()) break;
-    if (parts.size() > level.most_parts) continue;
-    for (Hull& part : parts) part = simplified(part, grid, level.reach);
-    return parts;
+  double voxel = level.reach / kFineVoxelsPerReach;
+  if (SignedDistanceGrid::cells(box, voxel) > kMostFineCells) {
+    voxel = level.reach / kVoxelsPerReach;
   }
-  if (deadline.over()) return Error{ErrorCode::kDeadline, "stopped while it was divided"};
+  if (SignedDistanceGrid::cells(box, voxel) > level.most_cells) return std::nullopt;
+  const SignedDistanceGrid grid(triangles, box, voxel, level.reach, deadline);
+  if (deadline.over()) return std::nullopt;
+  auto pieces =
+      cutToFit(MeshPiece(triangles, box), grid, kPiecesPerPart * level.most_parts, deadline);
+  if (!pieces) return std::nullopt;
+  std::vector<Hull> parts = Joiner(std::move(*pieces), grid).join(deadline);
+  if (parts.size() > level.most_parts) return std::nullopt;
+  for (Hull& part : parts) part = simplified(part, grid, level.reach);
+  return parts;
+}
+
+Result<std::vector<Hull>> divide(const std::vector<Triangle>& triangles, const Deadline& deadline) {
+  for (const Level& level : kLevels) {
+    auto parts = divideAt(level, triangles, deadline);
+    if (deadline.over()) return Error{ErrorCode::kDeadline, "stopped while it was divided"};
+    if (parts) return std::move(*parts);
+  }
   const Level& last = kLevels[std::size(kLevels) - 1];
   return Error{ErrorCode::kInvalidInput, "takes more than " + std::to_string(last.most_parts) +
                                              " convex parts to be met to 5 mm"};

@@ -55,7 +55,8 @@ double SignedDistanceGrid::cells(const Eigen::AlignedBox3d& box, double voxel) {
 }
 
 SignedDistanceGrid::SignedDistanceGrid(const std::vector<Triangle>& triangles,
-                                       const Eigen::AlignedBox3d& box, double voxel, double reach)
+                                       const Eigen::AlignedBox3d& box, double voxel, double reach,
+                                       const Deadline& deadline)
     : voxel_(voxel),
       // Every point of a hull lies in a voxel whose middle is at most half a diagonal away.
       most_(static_cast<int>(std::floor((reach / voxel - kHalfDiagonal) * kUnits))),
@@ -63,8 +64,11 @@ SignedDistanceGrid::SignedDistanceGrid(const std::vector<Triangle>& triangles,
       size_((box.sizes() / voxel).array().ceil().cast<int>() + 2 * kPadding + 1),
       distance_(index(0, 0, size_.z()), kFar) {
   if (most_ < 0 || reach > 4 * voxel) throw std::invalid_argument("reach does not fit the voxels");
-  for (const Triangle& t : triangles) addTriangle(t);
-  turnInsideNegative();
+  for (const Triangle& t : triangles) {
+    if (deadline.over()) return;
+    addTriangle(t);
+  }
+  turnInsideNegative(deadline);
 }
 
 void SignedDistanceGrid::addTriangle(const Triangle& t) {
@@ -105,7 +109,7 @@ void SignedDistanceGrid::addPiece(const Triangle& t) {
   }
 }
 
-void SignedDistanceGrid::turnInsideNegative() {
+void SignedDistanceGrid::turnInsideNegative(const Deadline& deadline) {
   // Two neighbouring middles, both more than half a voxel off the surface, have none between them:
   // walking over such cells from a corner never leaks in.
   const auto open = [this](std::size_t cell) { return distance_[cell] > kUnits / 2; };
@@ -113,6 +117,7 @@ void SignedDistanceGrid::turnInsideNegative() {
   std::vector<Vector3i> front{Vector3i::Zero()}, next;
   outside[0] = true;
   while (!front.empty()) {
+    if (deadline.over()) return;
     next.clear();
     for (const Vector3i& at : front) {
       for (int k = 0; k < 3; ++k) {

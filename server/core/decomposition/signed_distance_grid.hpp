@@ -4,6 +4,8 @@
 
 #include "core/decomposition/convex_hull.hpp"
 
+#include <handover/common/deadline.hpp>
+
 #include <Eigen/Geometry>
 
 #include <cstdint>
@@ -20,9 +22,11 @@ class SignedDistanceGrid {
   /// Cells that the grid of this box would have.
   static double cells(const Eigen::AlignedBox3d& box, double voxel);
 
-  /// `reach` [m] is what holds() will tell. @pre 0.9 voxel < reach <= 4 voxel.
+  /// `reach` [m] is what holds() will tell. @pre 0.9 voxel < reach <= 4 voxel. Where the deadline
+  /// is over afterwards, the grid is unfinished and says nothing.
   SignedDistanceGrid(const std::vector<std::array<Eigen::Vector3d, 3>>& triangles,
-                     const Eigen::AlignedBox3d& box, double voxel, double reach);
+                     const Eigen::AlignedBox3d& box, double voxel, double reach,
+                     const Deadline& deadline = {});
 
   double voxel() const { return voxel_; }
 
@@ -40,7 +44,7 @@ class SignedDistanceGrid {
  private:
   void addTriangle(const std::array<Eigen::Vector3d, 3>& t);
   void addPiece(const std::array<Eigen::Vector3d, 3>& t);
-  void turnInsideNegative();
+  void turnInsideNegative(const Deadline& deadline);
 
   std::size_t index(int x, int y, int z) const {
     return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size_.y()) +
