@@ -146,10 +146,12 @@ ShapeDistance coreDepth(const NarrowShape::Data& a, const Pose& X_WA, const Narr
     consider(X_WA.linear() * Eigen::Vector3d(epa.normal.x(), epa.normal.y(), epa.normal.z()));
   }
   consider(towards_a_W);
-  if (std::isinf(least)) {
+  // Of shapes that only just touch EPA may know none of the normals.
+  const Eigen::Matrix3d upright = Eigen::Matrix3d::Identity();
+  for (const Eigen::Matrix3d& axes : {upright, X_WA.linear().eval(), X_WB.linear().eval()}) {
     for (int axis = 0; axis < 3; ++axis) {
-      consider(Eigen::Vector3d::Unit(axis));
-      consider(-Eigen::Vector3d::Unit(axis));
+      consider(axes.col(axis));
+      consider(-axes.col(axis));
     }
   }
   return best;
