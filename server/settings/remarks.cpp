@@ -39,7 +39,8 @@ std::string sizeText(const Vector3d& size) {
 }
 
 std::string volumeText(double volume) {
-  return volume < 0.01 ? text("%.3g cm3", 1e6 * volume) : text("%.3g m3", volume);
+  if (volume >= 0.01) return text("%.3g m3", volume);
+  return text(volume < 1e-4 ? "%.3g cm3" : "%.0f cm3", 1e6 * volume);
 }
 
 std::string counted(std::size_t count, const char* one, const char* many) {

@@ -12,6 +12,7 @@ using Eigen::VectorXd;
 constexpr double kLookAhead = 0.04;  // distances are asked for up to this [m]
 constexpr double kExact = 0.002;  // nearer to the parts than this, the surface itself is asked [m]
 constexpr double kWidest = 1;     // opening that is looked for [m]
+constexpr double kCloses = 1e-3;  // links that come nearer than this face each other [m]
 constexpr int kMaxSteps = 200;    // of one joint's closing; seen: below 60
 constexpr double kLineSkin = 1e-4;  // fingers on their way to the contact stay this far off [m]
 constexpr double kOpenings[] = {0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 1.0};
@@ -118,16 +119,25 @@ int FingerClosing::fingerOf(const std::string& link) const {
   return index.valid() ? finger_[index] : -1;
 }
 
-double FingerClosing::opening() {
-  set(Pose::Identity(), hand_.hand.open);
-  double widest = 0;
+std::vector<double> FingerClosing::fingersApart(const VectorXd& q) {
+  set(Pose::Identity(), q);
+  std::vector<double> apart;
   for (const LinkId a : hand_.hand.finger_links) {
     for (const LinkId b : hand_.hand.finger_links) {
-      if (a >= b || finger_[a] == finger_[b]) continue;
-      if (!link_body_[a].valid() || !link_body_[b].valid()) continue;
-      const auto apart = world_.distance(link_body_[a], link_body_[b], kWidest);
-      if (apart) widest = std::max(widest, apart->distance);
+      if (a >= b || !link_body_[a].valid() || !link_body_[b].valid()) continue;
+      const auto found = world_.distance(link_body_[a], link_body_[b], kWidest);
+      apart.push_back(found ? found->distance : kWidest);
     }
+  }
+  return apart;
+}
+
+double FingerClosing::opening() {
+  const std::vector<double> open = fingersApart(hand_.hand.open);
+  const std::vector<double> closed = fingersApart(hand_.hand.closed);
+  double widest = 0;
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    if (closed[i] < open[i] - kCloses) widest = std::max(widest, open[i]);
   }
   return widest;
 }

@@ -40,7 +40,7 @@ class FingerClosing {
   /// The finger that a link belongs to, an index in Hand::fingers; -1: none.
   int fingerOf(const std::string& link) const;
 
-  /// How far apart the hand's fingers are at most with the hand open [m].
+  /// How far apart two finger links that closing brings nearer are at most with the hand open [m].
   double opening();
 
   /// How far the hand can come along its approach from `far` [m] back to `near`, nothing of it
@@ -76,6 +76,8 @@ class FingerClosing {
     double needed = 0;
   };
 
+  /// Of every two finger links at a posture [m], at most kWidest.
+  std::vector<double> fingersApart(const Eigen::VectorXd& q);
   /// Of the constructor.
   void guardSelfPairs();
   void addMovers(DofId dof);

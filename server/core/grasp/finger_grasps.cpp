@@ -20,6 +20,13 @@ constexpr double kFirstOpenings[] = {1.0, 0.65, 0.4};  // of Hand::open, tried u
 constexpr double kStandOffs[] = {0.0, 0.006, 0.014,
                                  0.024};  // from as near as the hand can come [m]
 
+/// Three digits at most of what is small, whole numbers of what is not.
+std::string rounded(double number) {
+  char text[32];
+  std::snprintf(text, sizeof(text), std::abs(number) < 100 ? "%.3g" : "%.0f", number);
+  return text;
+}
+
 class FingerGrasps : public GraspMaker {
  public:
   FingerGrasps(const SceneObject& object, HandModel hand, const GraspParams& params,
@@ -47,13 +54,15 @@ class FingerGrasps : public GraspMaker {
   }
 
   std::string whyNone() override {
+    if (closer_.hand().hand.finger_links.size() < 2) return "its gripper has no two finger links";
     const Vector3d size = 1e3 * extent_.box;
     char text[192];
     std::snprintf(
         text, sizeof(text),
         "fingers that open to %.0f mm, with %.0f mm of room on each side, hold it nowhere; "
-        "its box is %.4g x %.4g x %.4g mm",
-        1e3 * closer_.opening(), 1e3 * GraspRules{}.clearance, size.x(), size.y(), size.z());
+        "its box is %s x %s x %s mm",
+        1e3 * closer_.opening(), 1e3 * GraspRules{}.clearance, rounded(size.x()).c_str(),
+        rounded(size.y()).c_str(), rounded(size.z()).c_str());
     return text;
   }
 
