@@ -10,7 +10,7 @@
 namespace handover::ctl {
 namespace {
 
-constexpr std::size_t kCausesShown = 5;
+constexpr std::size_t kCausesShown = 7;
 
 std::string nameOf(const ArmName& name) {
   return name.arm.empty() ? name.robot : name.robot + "/" + name.arm;
@@ -21,8 +21,10 @@ std::string causeText(const CauseCount& cause) {
   std::string text = toString(cause.cause);
   if (!first.empty()) text += " " + first;
   if (!second.empty()) text += " - " + second;
+  if (cause.cause == Cause::kCollision && first.empty()) text += " of other pairs";
   if (cause.stage) {
-    text += fmt::format(" (holder {}, {})", cause.stage->holder, toString(cause.stage->action));
+    text +=
+        fmt::format(" ({} of holder {})", toString(cause.stage->action), cause.stage->holder + 1);
   }
   return text;
 }
@@ -33,7 +35,8 @@ void printCauses(std::ostream& out, const std::vector<CauseCount>& causes) {
     out << fmt::format("{:12}{:6} x {}\n", "", causes[i].count, causeText(causes[i]));
   }
   if (causes.size() > shown) {
-    out << fmt::format("{:12}and {} other causes\n", "", causes.size() - shown);
+    const std::size_t more = causes.size() - shown;
+    out << fmt::format("{:12}and {} other {}\n", "", more, more == 1 ? "cause" : "causes");
   }
 }
 
@@ -100,7 +103,7 @@ void Report::print(const ArmSelected& arms) {
     std::string why;
     if (score.rejected != Cause::kUnspecified) why = std::string(" - ") + toString(score.rejected);
     if (!score.object.empty()) why += " " + score.object;
-    out_ << fmt::format("{:12}holder {}: {}: {:.4f}{}\n", "", score.holder, nameOf(score.arm),
+    out_ << fmt::format("{:12}holder {}: {}: {:.4f}{}\n", "", score.holder + 1, nameOf(score.arm),
                         score.manipulability, why);
   }
 }

@@ -43,8 +43,9 @@ std::vector<CauseCount> CauseTally::counts(std::size_t limit) const {
       result.push_back(std::move(entry));
     }
   }
+  const auto others = static_cast<std::ptrdiff_t>(result.size());
   for (const auto& [key, count] : rest) result.push_back({key.first, {}, key.second, count});
-  std::stable_sort(result.begin(), result.end(), more);
+  std::stable_sort(result.begin() + others, result.end(), more);
   return result;
 }
 

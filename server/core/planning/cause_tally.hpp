@@ -21,8 +21,8 @@ class CauseTally {
   void add(Cause cause, StageRef stage, NamePair pair = {});
   void add(const CauseTally& other);
 
-  /// Most frequent first, ties by order of the enumeration and names; at most `limit` pairs, the
-  /// rest summed up under the cause without a pair.
+  /// Most frequent first, ties by order of the enumeration and names; at most `limit` pairs, then
+  /// those of other pairs, summed up under the cause without a pair.
   std::vector<CauseCount> counts(std::size_t limit = 5) const;
   std::uint32_t total() const;
 
