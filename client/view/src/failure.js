@@ -47,7 +47,7 @@ export class Failure {
     const rows = find('causes').createTBody(), {causes} = this.explanation;
     this.buttons = new Map();
     causes.forEach((cause, i) => {
-      const {pair, about, stage, count} = cause, row = rows.insertRow(), where = element('td', pair ? '' : about ?? '');
+      const {pair, about, stage, count} = cause, row = rows.insertRow(), where = element('td', pair ? '' : about ?? (cause.cause === 'collision' ? 'other pairs' : ''));
       row.hidden = i >= MOST_CAUSES;
       if (pair) where.append(this.pairButton(cause));
       row.append(element('td', `${words(cause.cause)}${stage ? `, ${stageText(stage)}` : ''}`), where, element('td', `${count} ×`, 'number'));
@@ -80,7 +80,7 @@ export class Failure {
     for (const [other, button] of this.buttons) button.setAttribute('aria-pressed', other === cause);
     this.scene.highlight(cause?.pair ?? []);
     find('red').hidden = !cause;
-    if (cause) find('red').textContent = `Red: ${cause.pair.join(' and ')}, which collide. ${this.whereText(cause.pair)}`;
+    if (cause) find('red').textContent = `Red: ${cause.pair.join(' and ')}${cause.cause === 'collision' ? ', which collide' : `: ${words(cause.cause)}`}. ${this.whereText(cause.pair)}`;
     this.changed();
   }
 
@@ -118,5 +118,5 @@ export class Failure {
 /** What the farthest attempt was about, for people. */
 export function farthestText({stage, tools}) {
   const arms = tools.map(({robot, arm}) => `${robot}/${arm}`).join(' and ');
-  return stage ? `${arms}: ${stageText(stage)}` : arms;
+  return [arms, stage ? stageText(stage) : ''].filter(Boolean).join(': ');
 }

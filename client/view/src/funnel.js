@@ -3,16 +3,26 @@
 import {element, find} from './dom.js';
 
 const UNFIT = new Set(['start_in_collision', 'goal_in_collision', 'start_unsupported', 'goal_unsupported']);
-/** The filter that a failure's reason is about. */
-const ENDED_AT = {
-  start_unreachable: 'arms_start', goal_unreachable: 'arms_goal', no_grasp: 'arms_start', no_grasp_at_start: 'grasps_start',
-  no_grasp_at_goal: 'grasps_goal', no_common_workspace: 'points', no_handover_pose: 'poses', no_path: 'motions',
-};
+/** The rows of the explanation's filters, where they are not named alike. */
+const ROW_OF = {start: 'scene', goal: 'scene', chains: 'arms_at_goal', grasps_at_both: 'grasps_at_goal', common_workspace: 'points'};
+/** Rows of what only a handover has. */
+const OF_HANDOVERS = new Set(['points', 'handover_poses', 'tuples']);
 
 const sum = (list, value) => list.reduce((total, entry) => total + value(entry), 0);
 
 /** Of the arms looked at for a place of the chain: how many there are, and how many can. */
-function armsOf(scores) { return {tested: scores.length, kept: scores.filter(({rejected}) => !rejected).length}; }
+function armsOf(scores) { return scores.length === 0 ? undefined : {tested: scores.length, kept: scores.filter(({rejected}) => !rejected).length}; }
+
+/** The scores at the start and those at the goal: the goal's follow, and begin anew with the first arm. */
+function scoresByPlace(scores) {
+  const name = ({robot, arm, holder}) => `${holder} ${robot}/${arm}`, seen = new Set();
+  const goal = scores.findIndex((score) => {
+    const again = score.holder > scores[0].holder || seen.has(name(score));
+    seen.add(name(score));
+    return again;
+  });
+  return goal < 0 ? [scores, []] : [scores.slice(0, goal), scores.slice(goal)];
+}
 
 function graspsOf(pruned, place) {
   const there = pruned.filter((entry) => entry.place === place);
@@ -29,27 +39,26 @@ function pointsOf(candidates) {
 export function filtersOf({funnel, explanation}) {
   const {arm_selected = [], grasps_pruned = [], handover_candidates = []} = funnel;
   const reason = explanation.reason, scores = arm_selected.at(-1)?.scores ?? [];
-  const last = Math.max(0, ...scores.map(({holder}) => holder));
-  const at = (holder) => scores.length > 0 ? armsOf(scores.filter((score) => score.holder === holder)) : undefined;
+  const [at_start, at_goal] = scoresByPlace(scores), alone = scores.length > 0 && scores.every(({holder}) => holder === 0);
   const tried = handover_candidates.length > 0, handed = tried || reason === 'no_common_workspace';
   const tuples = sum(handover_candidates, (entry) => entry.tuples);
   const motions = sum(explanation.causes.filter(({stage}) => stage), ({count}) => count);
   const filters = [
     {key: 'scene', name: 'start and goal free', tested: 2, kept: UNFIT.has(reason) ? 1 : 2},
-    {key: 'arms_start', name: 'arms for the start', ...at(0)},
-    {key: 'arms_goal', name: 'arms for the goal', ...at(last)},
-    {key: 'grasps_start', name: 'grasps at the start', ...graspsOf(grasps_pruned, 'start')},
-    {key: 'grasps_goal', name: 'grasps at the goal', ...graspsOf(grasps_pruned, 'goal')},
+    {key: 'arms_at_start', name: 'arms for the start', ...armsOf(at_start)},
+    {key: 'arms_at_goal', name: 'arms for the goal', ...armsOf(at_goal)},
+    {key: 'grasps_at_start', name: 'grasps at the start', ...graspsOf(grasps_pruned, 'start')},
+    {key: 'grasps_at_goal', name: 'grasps at the goal', ...graspsOf(grasps_pruned, 'goal')},
     {key: 'points', name: 'points both reach', ...(handed ? pointsOf(handover_candidates) : {})},
     {
-      key: 'poses', name: 'handover poses',
+      key: 'handover_poses', name: 'handover poses',
       ...(tried ? {tested: sum(handover_candidates, (entry) => entry.poses_tried), kept: sum(handover_candidates, (entry) => entry.poses)} : {}),
     },
     {key: 'tuples', name: 'poses with both grasps', ...(tried ? {kept: tuples} : {})},
     {key: 'motions', name: 'motions', ...(reason === 'no_path' ? {tested: motions, kept: 0} : {})},
   ];
-  const ended = UNFIT.has(reason) ? 'scene' : ENDED_AT[reason];
-  return filters.map((filter) => ({...filter, ended: filter.key === ended}));
+  const ended = ROW_OF[explanation.filter] ?? explanation.filter;
+  return filters.filter(({key}) => !(alone && OF_HANDOVERS.has(key))).map((filter) => ({...filter, ended: filter.key === ended}));
 }
 
 /** As long as the share that was left. */
