@@ -16,6 +16,7 @@
 #include "settings/check.hpp"
 #include "settings/roots.hpp"
 #include "settings/settings_file.hpp"
+#include "settings/yaml_reader.hpp"
 #include "wire/entities.hpp"
 
 #include <handover/common/domain.hpp>
@@ -171,6 +172,14 @@ class CheckPrinter {
   bool json_;
 };
 
+/// Where a cell file describes a task; 0 where it does not say.
+int lineOfTask(const std::string& file, const std::string& task) {
+  const YamlNode document = parseYaml(readSettingsText(file), file);
+  const YamlNode* tasks = document.find("tasks");
+  const YamlNode* found = tasks == nullptr ? nullptr : tasks->find(task);
+  return found == nullptr ? 0 : found->line;
+}
+
 /// What touches, floats or is out of reach in cells. @return false: there are faults.
 bool checkScenes(const Options& options, const std::filesystem::path& root,
                  const CheckPrinter& printer, ProgressBar& bar) {
@@ -178,7 +187,8 @@ bool checkScenes(const Options& options, const std::filesystem::path& root,
   for (const std::string& file : options.files) {
     CellService service(root, {file}, cacheFolder(""), std::ref(bar), false);
     for (const auto& found : sceneFindings(service, service.cells().front().name, Deadline())) {
-      printer.print(found.grade, FileFault{file, 0, "task '" + found.task + "': " + found.text});
+      printer.print(found.grade, FileFault{file, lineOfTask(file, found.task),
+                                           "task '" + found.task + "': " + found.text});
       sound = sound && found.grade != SceneFinding::Grade::kFault;
     }
   }

@@ -45,11 +45,6 @@ void applyChain(const PlanRequest& request, const Scene& scene, SceneTask& task,
     }
     task.chain.push_back(holder);
   }
-  if (!task.held_by || task.chain.empty()) return;
-  const ChainHolder& first = task.chain.front();
-  if (first.robot != task.held_by->robot || (first.arm.valid() && first.arm != task.held_by->arm)) {
-    faults.push_back({"chain[0]", "must be the arm that holds the object at the start"});
-  }
 }
 
 SceneTask namedTask(const PlanRequest& request, const Cell::Instance& instance,
@@ -91,6 +86,10 @@ SceneTask resolveTask(const PlanRequest& request, const Cell::Instance& instance
   SceneTask task = named ? namedTask(request, instance, faults)
                          : describedTask(request, *instance.scene, faults);
   applyChain(request, *instance.scene, task, faults);
+  if (!beginsWithHolder(task)) {
+    faults.push_back(
+        {request.chain.empty() ? "tasks." + task.name + ".chain" : "chain", kNotItsHolder});
+  }
   return task;
 }
 

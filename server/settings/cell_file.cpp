@@ -140,6 +140,9 @@ Cell Cell::load(const std::filesystem::path& file, const std::filesystem::path& 
     }
     data->scene = std::make_shared<const Scene>(std::move(resolved.scene));
     data->tasks = std::move(resolved.tasks);
+    for (const SceneTask& task : data->tasks) {
+      if (!beginsWithHolder(task)) later.add("tasks." + task.name + ".chain", kNotItsHolder);
+    }
     if (later.clean()) {
       Remarks remarks{report.linesOnly(), report.linesOnly()};
       remarkOnObjects(*data->scene, data->tasks, remarks);

@@ -26,6 +26,10 @@ using ModelCache = std::map<std::string, std::shared_ptr<const RobotModel>>;
 RobotSettings readRobotSettings(const std::filesystem::path& file,
                                 const std::filesystem::path& root);
 
+/// What is wrong where a task's chain does not begin with the arm that holds the object.
+inline constexpr const char* kNotItsHolder =
+    "must begin with the arm that holds the object at the start";
+
 /// A loaded cell file. Immutable; safe from any thread.
 class Cell {
  public:

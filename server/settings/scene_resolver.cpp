@@ -394,13 +394,6 @@ class SceneResolver {
     if (!holder.arm.valid()) {
       return report_.add(path + ".start.held_by", "must name the arm: robot/arm");
     }
-    if (!task.chain.empty()) {
-      const ChainHolder& first = task.chain.front();
-      if (first.robot != holder.robot || (first.arm.valid() && first.arm != holder.arm)) {
-        report_.add(path + ".chain", "must begin with " + description.held_by +
-                                         ", which holds the object at the start");
-      }
-    }
     task.held_by = holder;
   }
 

@@ -82,7 +82,8 @@ std::vector<FileFault> checkNamedCells(const std::filesystem::path& file,
     const std::filesystem::path named = cellFile(cell.text, root);
     std::error_code ignored;
     if (std::filesystem::is_regular_file(named, ignored)) continue;
-    const std::string nearest = nearestOf(cellNames(root), cell.text);
+    const bool is_file = cell.text.find('/') != std::string::npos;
+    const std::string nearest = is_file ? "" : nearestOf(cellNames(root), cell.text);
     faults.push_back({shown_file, cell.line,
                       "cells: no cell '" + cell.text + "' (looked for " + named.string() + ")" +
                           (nearest.empty() ? "" : "; the nearest known one is '" + nearest + "'")});

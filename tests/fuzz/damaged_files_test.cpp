@@ -105,7 +105,7 @@ TEST(DamagedFiles, Cell) {
 }
 
 TEST(DamagedFiles, DaemonSettings) {
-  damageAndCheck("handoverd.yaml", "version: 1\ncells: [a, b]\ndomain: 3\nthreads: 2\n",
+  damageAndCheck("handoverd.yaml", "version: 1\ncells: [test]\ndomain: 3\nthreads: 2\n",
                  "handoverd.yaml", 250);
 }
 

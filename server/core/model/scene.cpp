@@ -108,6 +108,13 @@ ObjectId Scene::findObject(std::string_view object) const {
   return ObjectId(indexOf(objects, object));
 }
 
+bool beginsWithHolder(const SceneTask& task) {
+  if (!task.held_by || task.chain.empty()) return true;
+  const ChainHolder& first = task.chain.front();
+  return first.robot == task.held_by->robot &&
+         (!first.arm.valid() || first.arm == task.held_by->arm);
+}
+
 std::shared_ptr<const Scene> startOf(const std::shared_ptr<const Scene>& scene,
                                      const SceneTask& task) {
   const ObjectId index = scene->findObject(task.object);

@@ -72,6 +72,9 @@ struct SceneTask {
   TransportEnd end = TransportEnd::kRelease;
 };
 
+/// False where the task starts in a hand and its chain begins with another arm.
+bool beginsWithHolder(const SceneTask& task);
+
 struct Scene {
   std::string cell;
   std::uint64_t revision = 0;

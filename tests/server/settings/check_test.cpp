@@ -44,6 +44,12 @@ TEST_F(CheckFiles, FindsCellsThatAreNotThere) {
   EXPECT_THAT(faults[3], HasSubstr("silent.yaml: cells: names no cell"));
 }
 
+TEST_F(CheckFiles, SaysThatATransportIsNotBuiltYet) {
+  root_.write("lan.yaml", "version: 1\ncells: [test]\ntransport: lan\n");
+  EXPECT_THAT(check({"lan.yaml"}),
+              ElementsAre(HasSubstr("lan.yaml:3: transport: lan is not built yet")));
+}
+
 TEST_F(CheckFiles, FindsNothingWrongWithGoodOnes) {
   root_.write("handoverd.yaml", "version: 1\ncells: [test]\n");
   root_.write("t.obj",
