@@ -4,11 +4,13 @@
 #include "cells/nearest_fix.hpp"
 #include "cells/request_task.hpp"
 #include "core/planning/collision_context.hpp"
+#include "core/planning/scene_validity.hpp"
 #include "core/planning/workspaces.hpp"
 #include "settings/roots.hpp"
 
 #include <handover/common/log.hpp>
 
+#include <algorithm>
 #include <set>
 #include <stdexcept>
 
@@ -189,54 +191,64 @@ Outcome stoppedMaking(const Deadline& deadline, const std::string& what) {
 
 }  // namespace
 
+std::optional<Outcome> CellService::resolve(const Loaded& loaded, const PlanRequest& request,
+                                            const Deadline& deadline, Missing missing,
+                                            TransportProblem& problem) {
+  Cell::Instance instance = loaded.instance;
+  std::vector<Fault> faults;
+  auto changed = instanceOf(loaded, request, deadline, missing);
+  if (auto* found = std::get_if<std::vector<Fault>>(&changed)) {
+    faults = std::move(*found);  // the rest is checked against the cell as it is
+  } else {
+    instance = std::get<Cell::Instance>(std::move(changed));
+  }
+  problem.task = resolveTask(request, instance, faults);
+  checkSearch(request, problem.task, faults);
+  if (!faults.empty()) return badRequest(std::move(faults));
+  problem.scene = instance.scene;
+  if (!problem.task.held_by) {  // else where its grasp has it
+    problem.scene = startOf(instance.scene, problem.task);
+    const auto known = loaded.collision.find(problem.task.object);
+    problem.collision = request.overrides.empty() && known != loaded.collision.end()
+                            ? known->second
+                            : collisionForTask(*problem.scene, problem.task.object);
+  }
+  problem.mode = request.mode;
+  problem.search = request.search;
+  problem.seed = request.seed;
+  problem.speed_scale = request.speed_scale;
+  return std::nullopt;
+}
+
+void CellService::equip(TransportProblem& problem, const Deadline& deadline, Missing missing) {
+  problem.resources = resources(*problem.scene, problem.task.object, deadline, missing);
+  if (!problem.task.held_by) return;
+  const auto [robot, arm] = *problem.task.held_by;
+  auto held = std::make_shared<Scene>(*problem.scene);
+  problem.held_grasp = takeInHand(*held, problem.task, problem.resources[robot].grasps[arm].get());
+  problem.scene = startOf(std::move(held), problem.task);
+  problem.collision = collisionForTask(*problem.scene, problem.task.object);
+}
+
 std::variant<TransportProblem, Outcome> CellService::problemOf(const Loaded& loaded,
                                                                const PlanRequest& request,
                                                                const Deadline& deadline,
                                                                Missing missing) {
-  Cell::Instance instance = loaded.instance;
   TransportProblem problem;
   try {
-    std::vector<Fault> faults;
-    auto changed = instanceOf(loaded, request, deadline, missing);
-    if (auto* found = std::get_if<std::vector<Fault>>(&changed)) {
-      faults = std::move(*found);  // the rest is checked against the cell as it is
-    } else {
-      instance = std::get<Cell::Instance>(std::move(changed));
-    }
-    problem.task = resolveTask(request, instance, faults);
-    checkSearch(request, problem.task, faults);
-    if (!faults.empty()) return badRequest(std::move(faults));
-    problem.resources = resources(*instance.scene, problem.task.object, deadline, missing);
+    if (auto refused = resolve(loaded, request, deadline, missing, problem)) return *refused;
+    equip(problem, deadline, missing);
   } catch (const NotPrepared&) {
     throw;
   } catch (const std::runtime_error& error) {
     if (deadline.over()) return stoppedMaking(deadline, error.what());
     throw;
   }
-  std::shared_ptr<const Scene> scene = instance.scene;
-  if (problem.task.held_by) {
-    const auto [robot, arm] = *problem.task.held_by;
-    const auto& grasps = problem.resources[robot].grasps[arm];
-    auto held = std::make_shared<Scene>(*scene);
-    problem.held_grasp = takeInHand(*held, problem.task, grasps.get());
-    scene = std::move(held);
-  }
-  problem.scene = startOf(scene, problem.task);
-  const auto known = loaded.collision.find(problem.task.object);
-  problem.collision =
-      request.overrides.empty() && !problem.task.held_by && known != loaded.collision.end()
-          ? known->second
-          : collisionForTask(*problem.scene, problem.task.object);
-  problem.mode = request.mode;
-  problem.search = request.search;
-  problem.seed = request.seed;
-  problem.speed_scale = request.speed_scale;
   return problem;
 }
 
-std::variant<TransportProblem, Outcome> CellService::problemOf(const PlanRequest& request,
-                                                               const Deadline& deadline,
-                                                               Missing missing) {
+std::variant<const CellService::Loaded*, Outcome> CellService::cellOf(
+    const PlanRequest& request) const {
   const Loaded* loaded = find(request.cell);
   if (loaded == nullptr)
     return Rejected{RejectionReason::kUnknownCell, {{"cell", "no cell '" + request.cell + "'"}}};
@@ -249,18 +261,43 @@ std::variant<TransportProblem, Outcome> CellService::problemOf(const PlanRequest
     return Rejected{RejectionReason::kSceneChanged,
                     {{"expected_hash", "the scene's hash is " + loaded->scene_hash}}};
   }
-  return problemOf(*loaded, request, deadline, missing);
+  return loaded;
+}
+
+std::variant<TransportProblem, Outcome> CellService::problemOf(const PlanRequest& request,
+                                                               const Deadline& deadline,
+                                                               Missing missing) {
+  auto cell = cellOf(request);
+  if (auto* refused = std::get_if<Outcome>(&cell)) return std::move(*refused);
+  return problemOf(*std::get<const Loaded*>(cell), request, deadline, missing);
 }
 
 std::optional<Outcome> CellService::plan(const PlanRequest& request, PlanEventSink& sink,
                                          const Deadline& deadline, const OthersWait& others_wait) {
+  auto cell = cellOf(request);
+  if (auto* refused = std::get_if<Outcome>(&cell)) return std::move(*refused);
+  TransportProblem problem;
+  bool placed = false;
   try {
-    auto problem = problemOf(request, deadline, Missing::kThrow);
-    if (auto* refused = std::get_if<Outcome>(&problem)) return std::move(*refused);
-    return solve(request, std::get<TransportProblem>(problem), sink, deadline, others_wait);
+    const Loaded& loaded = *std::get<const Loaded*>(cell);
+    if (auto refused = resolve(loaded, request, deadline, Missing::kThrow, problem)) return refused;
+    placed = true;
+    equip(problem, deadline, Missing::kThrow);
   } catch (const NotPrepared&) {
-    return std::nullopt;
+    // Nothing is made for an object that cannot stand where it is said to.
+    return placed && !problem.task.held_by ? unfitScene(problem, sink) : std::nullopt;
   }
+  return solve(request, problem, sink, deadline, others_wait);
+}
+
+std::optional<Outcome> CellService::unfitScene(TransportProblem& problem, PlanEventSink& sink) {
+  CollisionWorld world(problem.collision);
+  std::optional<Failed> failed = checkBodies(problem, world, problem.task);
+  if (!failed) return std::nullopt;
+  failed->explanation.fix_text = "Not sought: maps or grasps would have to be made first.";
+  sink.emit(snapshot(*problem.scene, problem.task, problem.seed));
+  sink.emit(Failure{failed->reason, failed->explanation});
+  return *failed;
 }
 
 Outcome CellService::planAlone(const PlanRequest& request, PlanEventSink& sink,
@@ -273,7 +310,8 @@ Outcome CellService::planAlone(const PlanRequest& request, PlanEventSink& sink,
 Outcome CellService::solve(const PlanRequest& request, const TransportProblem& problem,
                            PlanEventSink& sink, const Deadline& deadline,
                            const OthersWait& others_wait) {
-  Outcome outcome = planTransport(problem, sink, deadline);
+  SearchEffort effort;
+  Outcome outcome = planTransport(problem, sink, deadline, &effort);
   auto* failed = std::get_if<Failed>(&outcome);
   if (failed == nullptr) return outcome;
   Explanation& why = failed->explanation;
@@ -281,7 +319,8 @@ Outcome CellService::solve(const PlanRequest& request, const TransportProblem& p
   sink.emit(Failure{failed->reason, why});
   sink.emit(workspacesOf(problem, *failed));
   if (request.wants_fix) {
-    addNearestFix(*find(request.cell), request, problem, deadline, others_wait, *failed);
+    addNearestFix(*find(request.cell), request, problem, deadline, others_wait,
+                  std::max(kLeastFixWork, effort.work()), *failed);
   }
   if (!why.nearest_fix.empty()) sink.emit(Fix{why.nearest_fix, why.fix_text});
   if (deadline.state() == Deadline::State::kCancelled) return Cancelled{};
@@ -307,7 +346,8 @@ SearchSettings quickSearch(SearchSettings settings) {
 
 void CellService::addNearestFix(const Loaded& loaded, const PlanRequest& request,
                                 const TransportProblem& problem, const Deadline& deadline,
-                                const OthersWait& others_wait, Failed& failed) {
+                                const OthersWait& others_wait, std::uint64_t most_work,
+                                Failed& failed) {
   if (failed.reason == FailureReason::kDeadline || failed.reason == FailureReason::kInternal)
     return;
   const std::vector<ChainHolder>& chain = problem.task.chain;
@@ -336,13 +376,16 @@ void CellService::addNearestFix(const Loaded& loaded, const PlanRequest& request
     moved.scene = startOf(std::get<Cell::Instance>(instance).scene, moved.task);
     return commonPoints(moved);
   };
-  questions.plans = [&](const Override& change) {
+  questions.plans = [&](const Override& change, std::uint64_t& work) {
     auto moved = problemOf(loaded, withChange(change), deadline, Missing::kMake);
     auto* quick = std::get_if<TransportProblem>(&moved);
     if (quick == nullptr) return false;
     quick->settings = quickSearch(quick->settings);
     NullSink null_sink;
-    return std::holds_alternative<Done>(planTransport(*quick, null_sink, deadline));
+    SearchEffort effort;
+    const Outcome outcome = planTransport(*quick, null_sink, deadline, &effort);
+    work += effort.work();
+    return std::holds_alternative<Done>(outcome);
   };
   questions.stop = [&]() -> std::string {
     if (deadline.over()) return "the deadline passed";
@@ -350,7 +393,7 @@ void CellService::addNearestFix(const Loaded& loaded, const PlanRequest& request
   };
   const auto moves = movesByCost(moved_robot.X_WB.translation(), reachBalls(problem, chain.back()),
                                  reachBalls(problem, chain.front()), kMostMapLooks, deadline);
-  NearestFix fix = findNearestFix(moved_robot, moves, questions);
+  NearestFix fix = findNearestFix(moved_robot, moves, questions, most_work);
   failed.explanation.nearest_fix = std::move(fix.overrides);
   failed.explanation.fix_text = std::move(fix.text);
 }

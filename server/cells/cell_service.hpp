@@ -64,6 +64,16 @@ class CellService : public PlanService {
                                                               const PlanRequest& request,
                                                               const Deadline& deadline,
                                                               Missing missing) const;
+  std::variant<const Loaded*, Outcome> cellOf(const PlanRequest& request) const;
+  /// The request against the cell, without maps and grasps; or the outcome of one that cannot be
+  /// planned at all. @throws as instanceOf()
+  std::optional<Outcome> resolve(const Loaded& loaded, const PlanRequest& request,
+                                 const Deadline& deadline, Missing missing,
+                                 TransportProblem& problem);
+  /// Adds maps and grasps. @throws NotPrepared; std::runtime_error past the deadline
+  void equip(TransportProblem& problem, const Deadline& deadline, Missing missing);
+  /// The failure that shows without maps and grasps, told at once; if any.
+  static std::optional<Outcome> unfitScene(TransportProblem& problem, PlanEventSink& sink);
   /// The request against the cell; or the outcome of one that cannot be planned at all.
   std::variant<TransportProblem, Outcome> problemOf(const Loaded& loaded,
                                                     const PlanRequest& request,
@@ -73,7 +83,7 @@ class CellService : public PlanService {
   /// Adds to an explanation what would help.
   void addNearestFix(const Loaded& loaded, const PlanRequest& request,
                      const TransportProblem& problem, const Deadline& deadline,
-                     const OthersWait& others_wait, Failed& failed);
+                     const OthersWait& others_wait, std::uint64_t most_work, Failed& failed);
 
   std::vector<Loaded> cells_;
   std::size_t next_to_prepare_ = 0;

@@ -49,8 +49,8 @@ void addPlaces(const Eigen::Vector3d& centre, double radius, const ReachBall& to
 /// One search for a fix: what was asked, and what came of it.
 class FixSearch {
  public:
-  FixSearch(const SceneRobot& receiver, const FixQuestions& questions)
-      : receiver_(receiver), questions_(questions) {}
+  FixSearch(const SceneRobot& receiver, const FixQuestions& questions, std::uint64_t most_work)
+      : receiver_(receiver), questions_(questions), most_work_(most_work) {}
 
   NearestFix over(const std::vector<BaseMove>& moves) {
     std::size_t failed_promise = 0;
@@ -76,7 +76,7 @@ class FixSearch {
 
  private:
   bool ended() {
-    if (planned_ == kMostFixPlans) return true;
+    if (planned_ == kMostFixPlans || work_ >= most_work_) return true;
     if (stopped_.empty()) stopped_ = questions_.stop();
     return !stopped_.empty();
   }
@@ -84,7 +84,7 @@ class FixSearch {
   bool plans(const BaseMove& move) {
     if (ended()) return false;
     ++planned_;
-    return questions_.plans(overrideOf(move, receiver_));
+    return questions_.plans(overrideOf(move, receiver_), work_);
   }
 
   std::string tried() const {
@@ -110,6 +110,8 @@ class FixSearch {
 
   const SceneRobot& receiver_;
   const FixQuestions& questions_;
+  const std::uint64_t most_work_;
+  std::uint64_t work_ = 0;
   std::uint32_t looked_ = 0, planned_ = 0;
   std::string stopped_;
   std::vector<const BaseMove*> passed_over_;  ///< promised something, by rising cost
@@ -169,8 +171,8 @@ Override overrideOf(const BaseMove& move, const SceneRobot& robot) {
 }
 
 NearestFix findNearestFix(const SceneRobot& receiver, const std::vector<BaseMove>& moves,
-                          const FixQuestions& questions) {
-  return FixSearch(receiver, questions).over(moves);
+                          const FixQuestions& questions, std::uint64_t most_work) {
+  return FixSearch(receiver, questions, most_work).over(moves);
 }
 
 }  // namespace handover

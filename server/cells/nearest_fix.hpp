@@ -39,8 +39,8 @@ Override overrideOf(const BaseMove& move, const SceneRobot& robot);
 struct FixQuestions {
   /// How much the reachability maps promise, 0: nothing; cheap.
   std::function<std::size_t(const Override&)> promise;
-  /// Whether it has a plan.
-  std::function<bool(const Override&)> plans;
+  /// Whether it has a plan. Adds to `work` what it took to find out, in SearchEffort::work().
+  std::function<bool(const Override&, std::uint64_t& work)> plans;
   /// Why the search is to end now, for people; empty: it is not. Asked before each of the others.
   std::function<std::string()> stop;
 };
@@ -50,12 +50,15 @@ struct NearestFix {
   std::string text;                 ///< what was tried and found, for people
 };
 
-/// At most this is asked for one failure: about the work of a failed search.
+/// At most this is asked for one failure.
 inline constexpr std::uint32_t kMostFixPlans = 20, kMostMapLooks = 2'000;
+/// Work that any failure is worth: that of three quick plans with all that they may try.
+inline constexpr std::uint64_t kLeastFixWork = 120'000;
 
 /// Tries moves of the receiver, a list of movesByCost(), until one gives a plan: those first that
 /// the maps promise more than those that failed.
+/// @param most_work  no plan is begun beyond it: about that of the failed search.
 NearestFix findNearestFix(const SceneRobot& receiver, const std::vector<BaseMove>& moves,
-                          const FixQuestions& questions);
+                          const FixQuestions& questions, std::uint64_t most_work);
 
 }  // namespace handover

@@ -99,16 +99,36 @@ Failed explainArms(const TransportProblem& problem, PruningPlace place, const Ar
                 tally.counts(8), problem.search == SearchWidth::kWide && ranking.proven);
 }
 
-Failed explainNoChain(const TransportProblem& problem, std::size_t n) {
+Failed explainNoChain(const TransportProblem& problem, std::size_t n,
+                      const std::vector<ArmName>& takers, const std::vector<ArmName>& bringers) {
   CauseTally tally;
-  tally.add(Cause::kExcluded, {problem.task.object, {}});
-  const std::string text = n == 1 ? "No arm of the chain can both take and bring "
-                                  : "Only one and the same arm of the chain can take and bring ";
-  return failed(FailureReason::kGoalUnreachable, "chains", text + problem.task.object + ".",
-                tally.counts(), false);
+  const auto names = [&](const std::vector<ArmName>& arms) {
+    std::string text;
+    for (const ArmName& arm : arms) {
+      tally.add(Cause::kExcluded, {nameOf(arm), {}});
+      text += (text.empty() ? "" : " or ") + nameOf(arm);
+    }
+    return text;
+  };
+  const std::string& object = problem.task.object;
+  std::string text =
+      n == 1 ? "No arm of the chain can both take and bring " + object
+             : "No order of arms fits a chain of " + std::to_string(n) + " for " + object;
+  text += ": " + names(takers) + " can take it, " + names(bringers) + " can bring it";
+  if (n > 1) text += ", and holders that follow each other must be different arms";
+  return failed(FailureReason::kGoalUnreachable, "chains", text + ".", tally.counts(), false);
 }
 
 namespace {
+
+/// The arms that have a grasp left.
+std::vector<ArmName> armsOf(const PrunedByArm& sets) {
+  std::vector<ArmName> arms;
+  for (const auto& [arm, pruned] : sets) {
+    if (!pruned.kept.empty()) arms.push_back(arm);
+  }
+  return arms;
+}
 
 /// No grasp is left at the start, or at the goal.
 Failed explainPruned(const TransportProblem& problem, PruningPlace place, const PrunedByArm& sets) {
@@ -124,6 +144,19 @@ Failed explainPruned(const TransportProblem& problem, PruningPlace place, const 
                 tally.counts(), problem.search == SearchWidth::kWide && proven);
 }
 
+/// An arm that holds the object at the start cannot bring it by that grasp.
+Failed explainHeld(const TransportProblem& problem, const ArmName& arm,
+                   const PrunedGrasps& placed) {
+  CauseTally tally;
+  tally.add(Cause::kHoldsObject, {nameOf(arm), {}});
+  return failed(FailureReason::kNoGraspAtGoal, "grasps_at_both",
+                nameOf(arm) + " cannot bring " + problem.task.object +
+                    " to its goal by the grasp that holds it at the start; by " +
+                    std::to_string(placed.kept.size()) + " of its " +
+                    std::to_string(placed.tested) + " grasps it could.",
+                tally.counts(), false);
+}
+
 /// One arm has grasps at the start and others at the goal.
 Failed explainAlone(const TransportProblem& problem, const PrunedByArm& at_start,
                     const PrunedByArm& at_goal) {
@@ -132,6 +165,7 @@ Failed explainAlone(const TransportProblem& problem, const PrunedByArm& at_start
   for (const auto& [arm, pruned] : at_start) {
     const auto placed = at_goal.find(arm);
     if (placed == at_goal.end()) continue;
+    if (problem.task.held_by) return explainHeld(problem, arm, placed->second);
     tally.add(pruned.rejects);
     tally.add(placed->second.rejects);
     counts += (counts.empty() ? " " : "; ") + nameOf(arm) + ": " +
@@ -157,7 +191,7 @@ Failed explainSearch(const TransportProblem& problem, const PrunedByArm& at_star
     return explainPruned(problem, PruningPlace::kGoal, at_goal);
   }
   if (counts.chains == 0 && !at_goal.empty()) {
-    return explainNoChain(problem, problem.task.chain.size());
+    return explainNoChain(problem, problem.task.chain.size(), armsOf(at_start), armsOf(at_goal));
   }
   if (counts.alone && counts.tuples == 0 && !counts.may_meet) {
     return explainAlone(problem, at_start, at_goal);

@@ -43,7 +43,9 @@ Failed explainDeadline(const PrunedByArm& at_start, const PrunedByArm& at_goal,
                        const SearchCounts& counts);
 
 /// Arms reach the start and the goal, but none that could make up a chain of n.
-Failed explainNoChain(const TransportProblem& problem, std::size_t n);
+/// @param n  holders. @param takers, bringers  arms that reach the start, and the goal.
+Failed explainNoChain(const TransportProblem& problem, std::size_t n,
+                      const std::vector<ArmName>& takers, const std::vector<ArmName>& bringers);
 
 bool noneKept(const PrunedByArm& sets);
 

@@ -95,6 +95,10 @@ class TransportSearch {
     return outcome;
   }
 
+  SearchEffort effort() const {
+    return {state_.counts.poses_asked, state_.motion_attempts + state_.grasp_attempts};
+  }
+
  private:
   Outcome search() {
     const auto invalid = checkScene(problem_, state_.world, problem_.task);
@@ -147,8 +151,18 @@ class TransportSearch {
     emitSelected(chains, givers, receivers);
     if (givers.arms.empty()) return explainArms(problem_, PruningPlace::kStart, givers);
     if (receivers.arms.empty()) return explainArms(problem_, PruningPlace::kGoal, receivers);
-    if (chains.empty() && repeats) return explainNoChain(problem_, n);
+    if (chains.empty() && repeats) {
+      return explainNoChain(problem_, n, namesOf(givers), namesOf(receivers));
+    }
     return searchAll(chains);
+  }
+
+  std::vector<ArmName> namesOf(const ArmRanking& ranking) {
+    std::vector<ArmName> names;
+    for (const RankedArm& ranked : ranking.arms) {
+      names.push_back(state_.manipulator(ranked.arm).name());
+    }
+    return names;
   }
 
   std::optional<Outcome> searchAll(const std::vector<Chain>& chains) {
@@ -249,8 +263,11 @@ class TransportSearch {
 }  // namespace
 
 Outcome planTransport(const TransportProblem& problem, PlanEventSink& sink,
-                      const Deadline& deadline) {
-  return TransportSearch(problem, sink, deadline).run();
+                      const Deadline& deadline, SearchEffort* effort) {
+  TransportSearch search(problem, sink, deadline);
+  Outcome outcome = search.run();
+  if (effort != nullptr) *effort = search.effort();
+  return outcome;
 }
 
 std::size_t commonPoints(const TransportProblem& problem) {

@@ -79,8 +79,15 @@ class SceneChecker {
         allowed.insert(bodies_.linkBodies(robot, model.linksMovedBy(dofs)), {object_});
       }
     }
-    return failureOf(overlapping(contactsAt(problem_.task.X_WO_goal, allowed)),
-                     FailureReason::kGoalInCollision, "goal", "At its goal");
+    const auto contacts = contactsAt(problem_.task.X_WO_goal, allowed);
+    const auto inside = overlapping(contacts);
+    if (!inside.empty()) {
+      return failureOf(inside, FailureReason::kGoalInCollision, "goal", "At its goal");
+    }
+    // It would be free there, but motions keep margins.
+    auto failed = failureOf(contacts, FailureReason::kNoPath, "goal", "Where it is to be held");
+    if (failed) failed->explanation.exhaustive = false;
+    return failed;
   }
 
   struct Place {
@@ -93,7 +100,7 @@ class SceneChecker {
   std::optional<Failed> checkRest(const Pose& X_WO, TaskRest& rest, const Place& place) {
     const BodyPairs none(bodies_.bodies());
     const auto above = trulyOverlapping(contactsAt(moved(X_WO, kRaised), none));
-    if (!above.empty()) return inCollision(above, X_WO, place);
+    if (!above.empty()) return inCollision(asDeepAs(X_WO, above), X_WO, place);
     if (rest.none) {
       rest.objects = near(X_WO);
       return std::nullopt;
@@ -136,6 +143,17 @@ class SceneChecker {
   /// Without those that only margins make.
   static std::vector<BodyContact> overlapping(std::vector<BodyContact> contacts) {
     std::erase_if(contacts, [](const BodyContact& contact) { return contact.depth <= 0; });
+    return contacts;
+  }
+
+  /// Contacts found a little above, as deep as they are where O is.
+  std::vector<BodyContact> asDeepAs(const Pose& X_WO, std::vector<BodyContact> contacts) {
+    const BodyPairs none(bodies_.bodies());
+    for (const BodyContact& here : contactsAt(X_WO, none)) {
+      for (BodyContact& contact : contacts) {
+        if (contact.a == here.a && contact.b == here.b) contact = here;
+      }
+    }
     return contacts;
   }
 
@@ -302,6 +320,22 @@ std::optional<Failed> checkStart(SceneChecker& checker, SceneTask& task) {
                             "start", "At the start"});
 }
 
+/// Two failures of one reason as one.
+Failed both(Failed a, const Failed& b) {
+  a.explanation.text += " " + b.explanation.text;
+  a.explanation.causes.insert(a.explanation.causes.end(), b.explanation.causes.begin(),
+                              b.explanation.causes.end());
+  return a;
+}
+
+/// All that stands, and O at its start.
+std::optional<Failed> checkFirst(SceneChecker& checker, SceneTask& task) {
+  auto standing = checker.checkStanding();
+  auto start = checkStart(checker, task);
+  if (standing && start && start->reason == standing->reason) return both(*standing, *start);
+  return standing ? standing : start;
+}
+
 std::optional<Failed> checkGoal(SceneChecker& checker, SceneTask& task) {
   const bool hold = task.end == TransportEnd::kHold;
   if (hold) task.goal_rest = {false, std::vector<std::string>()};
@@ -322,9 +356,15 @@ std::optional<Failed> checkGoal(SceneChecker& checker, SceneTask& task) {
 std::optional<Failed> checkScene(const TransportProblem& problem, CollisionWorld& world,
                                  SceneTask& task) {
   SceneChecker checker(problem, world);
-  if (auto failed = checker.checkStanding()) return failed;
-  if (auto failed = checkStart(checker, task)) return failed;
+  if (auto failed = checkFirst(checker, task)) return failed;
   return checkGoal(checker, task);
+}
+
+std::optional<Failed> checkBodies(const TransportProblem& problem, CollisionWorld& world,
+                                  SceneTask& task) {
+  SceneChecker checker(problem, world);
+  if (auto failed = checkFirst(checker, task)) return failed;
+  return task.end == TransportEnd::kHold ? std::nullopt : checkGoal(checker, task);
 }
 
 std::vector<Failed> sceneFaults(const TransportProblem& problem, CollisionWorld& world) {

@@ -17,9 +17,14 @@ namespace handover {
 /// anything else at the start, and what can move not touch it.
 /// @param[in,out] task  of the problem: its rests are filled in.
 /// @return the failure, if any: kStartInCollision, kStartUnsupported, kGoalInCollision,
-///         kGoalUnsupported.
+///         kGoalUnsupported; kNoPath where it is to be held nearer to something than motions come.
 std::optional<Failed> checkScene(const TransportProblem& problem, CollisionWorld& world,
                                  SceneTask& task);
+
+/// The same of what can be said without the problem's maps and grasps: not of an end in a hand.
+/// @pre it does not start in a hand.
+std::optional<Failed> checkBodies(const TransportProblem& problem, CollisionWorld& world,
+                                  SceneTask& task);
 
 /// The same, not ending at the first: of everything that stands, of the start, of the goal.
 std::vector<Failed> sceneFaults(const TransportProblem& problem, CollisionWorld& world);

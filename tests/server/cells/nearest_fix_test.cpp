@@ -90,12 +90,13 @@ class NearestFixTest : public testing::Test {
                                    ++looks;
                                    return promise(placeOf(change));
                                  },
-                                 [&](const Override& change) {
+                                 [&](const Override& change, std::uint64_t& work) {
+                                   work += 10;
                                    planned.push_back(placeOf(change));
                                    return plans(planned.back());
                                  },
                                  [&] { return stop(); }};
-    return findNearestFix(robotAt(Pose::Identity()), row, questions);
+    return findNearestFix(robotAt(Pose::Identity()), row, questions, most_work);
   }
 
   /// The number of the move in the row, from 1.
@@ -108,9 +109,16 @@ class NearestFixTest : public testing::Test {
   std::function<std::size_t(int)> promise = [](int) { return 1; };
   std::function<bool(int)> plans = [](int) { return false; };
   std::function<std::string()> stop = [] { return ""; };
+  std::uint64_t most_work = 1'000;
   std::uint32_t looks = 0;
   std::vector<int> planned;
 };
+
+TEST_F(NearestFixTest, EndsAfterTheWorkThatItMayTake) {
+  most_work = 25;
+  EXPECT_THAT(search(20).overrides, IsEmpty());
+  EXPECT_EQ(planned.size(), 3u);  // of 10 each: none is begun beyond 25
+}
 
 TEST_F(NearestFixTest, IsTheCheapestMoveThatTheMapsPromiseAndThatPlans) {
   promise = [](int move) { return move > 4 ? 7 : 0; };
