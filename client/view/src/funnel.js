@@ -2,7 +2,6 @@
 // How far a search came: a bar for each of its filters, with what came in and what was left.
 import {element, find} from './dom.js';
 
-const UNFIT = new Set(['start_in_collision', 'goal_in_collision', 'start_unsupported', 'goal_unsupported']);
 /** The rows of the explanation's filters, where they are not named alike. */
 const ROW_OF = {start: 'scene', goal: 'scene', chains: 'arms_at_goal', grasps_at_both: 'grasps_at_goal', common_workspace: 'points'};
 /** Rows of what only a handover has. */
@@ -43,8 +42,9 @@ export function filtersOf({funnel, explanation}) {
   const tried = handover_candidates.length > 0, handed = tried || reason === 'no_common_workspace';
   const tuples = sum(handover_candidates, (entry) => entry.tuples);
   const motions = sum(explanation.causes.filter(({stage}) => stage), ({count}) => count);
+  const ended = ROW_OF[explanation.filter] ?? explanation.filter;
   const filters = [
-    {key: 'scene', name: 'start and goal free', tested: 2, kept: UNFIT.has(reason) ? 1 : 2},
+    {key: 'scene', name: 'start and goal free', tested: 2, kept: ended === 'scene' ? 1 : 2},
     {key: 'arms_at_start', name: 'arms for the start', ...armsOf(at_start)},
     {key: 'arms_at_goal', name: 'arms for the goal', ...armsOf(at_goal)},
     {key: 'grasps_at_start', name: 'grasps at the start', ...graspsOf(grasps_pruned, 'start')},
@@ -55,9 +55,8 @@ export function filtersOf({funnel, explanation}) {
       ...(tried ? {tested: sum(handover_candidates, (entry) => entry.poses_tried), kept: sum(handover_candidates, (entry) => entry.poses)} : {}),
     },
     {key: 'tuples', name: 'poses with both grasps', ...(tried ? {kept: tuples} : {})},
-    {key: 'motions', name: 'motions', ...(reason === 'no_path' ? {tested: motions, kept: 0} : {})},
+    {key: 'motions', name: 'motions', ...(ended === 'motions' ? {tested: motions, kept: 0} : {})},
   ];
-  const ended = ROW_OF[explanation.filter] ?? explanation.filter;
   return filters.filter(({key}) => !(alone && OF_HANDOVERS.has(key))).map((filter) => ({...filter, ended: filter.key === ended}));
 }
 

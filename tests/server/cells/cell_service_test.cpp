@@ -264,6 +264,35 @@ TEST(CellService, AMeshThatARequestBringsIsDividedBeforeItIsPlanned) {
   EXPECT_FALSE(std::filesystem::is_empty(cache / "parts"));
 }
 
+TEST(CellService, AStartInTheCartIsToldBeforeGraspsAreMade) {
+  Recorder recorder;
+  const PlanRequest request = butlerRequest({{"objects.cup.geometry.scale", "[1.234, 1.2, 1.2]"}});
+  const auto outcome = butlerService().plan(request, recorder, Deadline(), [] { return false; });
+  ASSERT_TRUE(outcome);
+  const auto* failed = std::get_if<Failed>(&*outcome);
+  ASSERT_NE(failed, nullptr);
+  EXPECT_EQ(failed->reason, FailureReason::kStartInCollision);
+  EXPECT_EQ(recorder.all<SceneSnapshot>().size(), 1u);
+  EXPECT_EQ(recorder.all<Failure>().size(), 1u);
+}
+
+TEST(CellService, AChainOfTheRequestIsHeldAgainstTheArmThatHasTheObject) {
+  const auto faultsOf = [](std::vector<std::string> chain) -> std::vector<Fault> {
+    PlanRequest request = butlerRequest({{"tasks.serve.start", "{held_by: hubo/left}"}});
+    request.chain = std::move(chain);
+    const Answer answer = ask(request, Deadline(Deadline::Clock::now()));
+    const auto* rejected = std::get_if<Rejected>(&answer.outcome);
+    return rejected == nullptr ? std::vector<Fault>() : rejected->faults;
+  };
+  EXPECT_TRUE(faultsOf({"hubo/left"}).empty());
+  EXPECT_TRUE(faultsOf({"hubo"}).empty());
+  EXPECT_TRUE(faultsOf({"auto"}).empty());
+  ASSERT_EQ(faultsOf({"crichton/right", "hubo/left"}).size(), 1u);
+  EXPECT_EQ(faultsOf({"crichton/right", "hubo/left"})[0].field, "chain");
+  ASSERT_EQ(faultsOf({}).size(), 1u);  // the task's own chain begins with Crichton
+  EXPECT_EQ(faultsOf({})[0].field, "tasks.serve.chain");
+}
+
 TEST(CellService, CancelledBeforehandSaysSo) {
   const Deadline deadline;
   deadline.cancel();

@@ -158,6 +158,20 @@ TEST(NarrowPhase, ExactTouchHasDepthZeroAndTheFacesNormal) {
   }
 }
 
+// A box on a table of corners, where EPA finds no normal but one along the table.
+TEST(NarrowPhase, ExactTouchOfAConvexTableHasDepthZero) {
+  ConvexShape top;
+  for (const double x : {0.0, 0.6096}) {
+    for (const double y : {0.0, 1.8288}) {
+      for (const double z : {0.6477, 0.6731}) top.vertices.emplace_back(x, y, z);
+    }
+  }
+  const NarrowShape table(Shape{Pose::Identity(), top});
+  const ShapeDistance found =
+      shapeDistance(box(0.05, 0.05, 0.18), at(0.42, -0.25, 0.7831), table, at(0.20, -0.91, 0.02));
+  EXPECT_NEAR(found.distance, 0, 1e-9);
+}
+
 TEST(NarrowPhase, DepthsOfPolytopesAreThoseOfTheSeparatingAxes) {
   RandomShapes random(5);
   int overlapping = 0;

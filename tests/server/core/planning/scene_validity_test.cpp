@@ -61,6 +61,48 @@ TEST(CheckScene, AThingAboveATableIsToldByHowMuch) {
   EXPECT_THAT(failed->explanation.text, ::testing::HasSubstr("table is 3.0 mm away"));
 }
 
+/// A box of 20 cm over a table, to be held there in the end.
+std::optional<Failed> heldOver(double gap) {
+  auto scene = std::make_shared<Scene>();
+  scene->objects = {box("table", {2, 1, 0.1}, -0.05), box("thing", {0.2, 0.2, 0.2}, 0.1)};
+  TransportProblem problem;
+  problem.scene = scene;
+  problem.collision = collisionForTask(*scene, "thing");
+  problem.task.object = "thing";
+  problem.task.X_WO_start = problem.task.X_WO_goal = scene->objects[1].X_WO;
+  problem.task.X_WO_goal.translation().z() += gap;
+  problem.task.end = TransportEnd::kHold;
+  CollisionWorld world(problem.collision);
+  SceneTask task = problem.task;
+  return checkScene(problem, world, task);
+}
+
+TEST(CheckScene, AGoalInAHandNearerThanMotionsComeIsNoCollision) {
+  for (const double gap : {0.0, 0.001}) {
+    const auto failed = heldOver(gap);
+    ASSERT_TRUE(failed) << gap;
+    EXPECT_EQ(failed->reason, FailureReason::kNoPath);
+    EXPECT_FALSE(failed->explanation.exhaustive);
+    ASSERT_EQ(failed->explanation.causes.size(), 1u);
+    EXPECT_EQ(failed->explanation.causes[0].pair, NamePair("table", "thing"));
+  }
+  EXPECT_FALSE(heldOver(0.0025));
+}
+
+TEST(CheckScene, AGoalInAHandInsideATableIsACollision) {
+  const auto failed = heldOver(-0.003);
+  ASSERT_TRUE(failed);
+  EXPECT_EQ(failed->reason, FailureReason::kGoalInCollision);
+  EXPECT_TRUE(failed->explanation.exhaustive);
+  EXPECT_THAT(failed->explanation.text, ::testing::HasSubstr("by 3.0 mm"));
+}
+
+TEST(CheckScene, TheDepthToldIsThatWhereTheThingIs) {
+  const auto failed = checkOf(-0.004);
+  ASSERT_TRUE(failed);
+  EXPECT_THAT(failed->explanation.text, ::testing::HasSubstr("4.0 mm higher it is free"));
+}
+
 TEST(CheckScene, AThingInsideASolidIsInIt) {
   auto scene = std::make_shared<Scene>();
   SceneObject block = box("block", {0.51, 0.51, 0.51}, 0);
