@@ -131,8 +131,9 @@ Result<Parts> DecompositionCache::parts(const TriangleMesh& mesh, const Deadline
 }
 
 std::optional<Result<Parts>> DecompositionCache::known(const TriangleMesh& mesh) const {
+  if (auto kept = data_->kept(partsHash(mesh))) return kept;
   if (const auto can = divisible(mesh); !can) return Result<Parts>(can.error());
-  return data_->kept(partsHash(mesh));
+  return std::nullopt;
 }
 
 void DecompositionCache::loadInRounds(const std::function<bool()>& load) const {
