@@ -173,8 +173,7 @@ class CheckPrinter {
 };
 
 /// Where a cell file describes a task; 0 where it does not say.
-int lineOfTask(const std::string& file, const std::string& task) {
-  const YamlNode document = parseYaml(readSettingsText(file), file);
+int lineOfTask(const YamlNode& document, const std::string& task) {
   const YamlNode* tasks = document.find("tasks");
   const YamlNode* found = tasks == nullptr ? nullptr : tasks->find(task);
   return found == nullptr ? 0 : found->line;
@@ -186,8 +185,9 @@ bool checkScenes(const Options& options, const std::filesystem::path& root,
   bool sound = true;
   for (const std::string& file : options.files) {
     CellService service(root, {file}, cacheFolder(""), std::ref(bar), false);
+    const YamlNode document = parseYaml(readSettingsText(file), file);
     for (const auto& found : sceneFindings(service, service.cells().front().name, Deadline())) {
-      printer.print(found.grade, FileFault{file, lineOfTask(file, found.task),
+      printer.print(found.grade, FileFault{file, lineOfTask(document, found.task),
                                            "task '" + found.task + "': " + found.text});
       sound = sound && found.grade != SceneFinding::Grade::kFault;
     }

@@ -141,7 +141,7 @@ class FileChecker {
 
   void checkSettings(const fs::path& file, const YamlNode& document) {
     const DaemonSettings settings = readDaemonSettings(file);
-    append(checkNamedCells(file, root_), faults_);
+    append(checkNamedCells(document, file.string(), root_), faults_);
     if (settings.transport == "loopback") return;
     faults_.push_back({file.string(), document.find("transport")->line,
                        "transport: " + settings.transport + " is not built yet"});

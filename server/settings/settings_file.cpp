@@ -68,10 +68,8 @@ DaemonSettings readDaemonSettings(const std::filesystem::path& file) {
   return settings;
 }
 
-std::vector<FileFault> checkNamedCells(const std::filesystem::path& file,
+std::vector<FileFault> checkNamedCells(const YamlNode& document, const std::string& shown_file,
                                        const std::filesystem::path& root) {
-  const std::string shown_file = file.string();
-  const YamlNode document = parseYaml(readSettingsText(file), shown_file);
   const YamlNode* cells = document.find("cells");
   if (cells == nullptr || cells->values.empty()) {
     const int line = cells == nullptr ? 0 : cells->line;

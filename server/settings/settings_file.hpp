@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/model_io/file_fault.hpp"
+#include "settings/yaml_node.hpp"
 
 #include <filesystem>
 #include <string>
@@ -26,7 +27,7 @@ struct DaemonSettings {
 DaemonSettings readDaemonSettings(const std::filesystem::path& file);
 
 /// What is wrong with the cells that such a file names: none at all, or one without a file.
-std::vector<FileFault> checkNamedCells(const std::filesystem::path& file,
+std::vector<FileFault> checkNamedCells(const YamlNode& document, const std::string& shown_file,
                                        const std::filesystem::path& root);
 
 }  // namespace handover
