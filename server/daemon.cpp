@@ -14,20 +14,7 @@
 
 namespace handover {
 
-StopSignals::StopSignals() {
-  sigemptyset(&set_);
-  sigaddset(&set_, SIGINT);
-  sigaddset(&set_, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &set_, nullptr);
-}
-
-int StopSignals::wait() const {
-  int signal = 0;
-  sigwait(&set_, &signal);
-  return signal;
-}
-
-bool runDaemon(PlanService& service, const DaemonOptions& options, const StopSignals& signals) {
+bool runDaemon(PlanService& service, const DaemonOptions& options, DaemonSignals& signals) {
   const auto log = logger("handoverd");
   wire::routeDdsLog(false);
   DdsEndpoint endpoint({.domain = options.domain});
@@ -43,9 +30,11 @@ bool runDaemon(PlanService& service, const DaemonOptions& options, const StopSig
   };
   Runtime runtime(service, endpoint, settings);
   runtime.start();
-  log->info("serving {} cells in domain {} with {} workers", service.cells().size(), options.domain,
-            options.threads);
-  log->info("stopping: {}", strsignal(signals.wait()));
+  log->info("serving {} cells in domain {} with {} workers", service.served()->infos.size(),
+            options.domain, options.threads);
+  int signal = 0;
+  while ((signal = signals.wait()) == SIGHUP) runtime.reload(signals.stopping());
+  log->info("stopping: {}", strsignal(signal));
   runtime.stop();
   return !prepare_failed;
 }

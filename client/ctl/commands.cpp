@@ -337,6 +337,7 @@ int runWatch(const CommonOptions& common, const std::optional<RequestId>& id) {
       }
       reports.try_emplace(event.request_id, people(common)).first->second.add(event);
       if (common.json) std::cout << client::jsonLine(event) << std::endl;
+      if (!std::cout) watched->stop();  // nobody reads it any more
       const auto* outcome = std::get_if<Outcome>(&event.payload);
       if (outcome == nullptr) return;
       reports.erase(event.request_id);

@@ -55,8 +55,12 @@ std::string textOf(const Outcome& outcome) {
 /// The answer to one request. Used by one thread at a time: who took it from the queue owns it.
 class Runtime::Stream : public PlanEventSink {
  public:
-  Stream(Endpoint& endpoint, PlanRequest taken)
-      : request(std::move(taken)), taken_at(Clock::now()), endpoint_(endpoint) {
+  /// @param served  cells from which it is answered; null for one that none of them is asked for
+  Stream(Endpoint& endpoint, PlanRequest taken, CellsPtr served = nullptr)
+      : request(std::move(taken)),
+        cells(std::move(served)),
+        taken_at(Clock::now()),
+        endpoint_(endpoint) {
     if (!request.deadline_s) return;
     // Deadlines beyond a day are no deadlines; the clock would overflow on absurd ones.
     if (*request.deadline_s < 86'400.0) {
@@ -91,6 +95,7 @@ class Runtime::Stream : public PlanEventSink {
   double elapsed() const { return std::chrono::duration<double>(Clock::now() - taken_at).count(); }
 
   const PlanRequest request;
+  const CellsPtr cells;
   const Clock::time_point taken_at;
   std::optional<Clock::time_point> deadline_at;
   Deadline deadline;
@@ -139,12 +144,31 @@ void Runtime::stop() {
   endpoint_.flush(2s);
 }
 
+void Runtime::reload(const Deadline& deadline) {
+  const auto log = logger("runtime");
+  try {
+    service_.reload(deadline);
+  } catch (const std::exception& error) {
+    log->error("the cells stay as they are: {}", error.what());
+    return;
+  }
+  log->info("the cells were read again");
+  {
+    const MutexLock lock(mutex_);
+    ready_ = false;
+    changed_ = true;
+  }
+  lacks_.notify_one();
+  report_.notify_one();
+}
+
 // Requests, on the endpoint's threads.
 
-Runtime::CellRoute Runtime::route(const std::string& cell, CellInfo& info) const {
-  for (CellInfo& ours : service_.cells()) {
+Runtime::CellRoute Runtime::route(const ServedCells& served, const std::string& cell,
+                                  CellInfo& info) const {
+  for (const CellInfo& ours : served.infos) {
     if (ours.name != cell) continue;
-    info = std::move(ours);
+    info = ours;
     return CellRoute::kOurs;
   }
   // Of the daemons that are there, the one of lowest id answers for a cell that none of them has.
@@ -169,11 +193,12 @@ bool Runtime::firstTime(const PlanRequest& request) {
 }
 
 void Runtime::onRequest(const PlanRequest& request) {
+  const CellsPtr served = service_.served();
   CellInfo cell;
-  const CellRoute where = route(request.cell, cell);
+  const CellRoute where = route(*served, request.cell, cell);
   if (where == CellRoute::kOthers || !firstTime(request)) return;
 
-  auto stream = std::make_shared<Stream>(endpoint_, request);
+  auto stream = std::make_shared<Stream>(endpoint_, request, served);
   if (where == CellRoute::kNobodys) {
     reject(stream, RejectionReason::kUnknownCell,
            {{"cell", "no daemon serves a cell named '" + request.cell + "'"}});
@@ -307,7 +332,8 @@ std::optional<Outcome> Runtime::answer(Stream& stream) {
     if (stream.prepared > kMostPreparations) {
       return failed(FailureReason::kInternal, "prepare", "What it needs is gone as soon as made.");
     }
-    return service_.plan(stream.request, stream, stream.deadline, [this] { return othersWait(); });
+    return service_.plan(*stream.cells, stream.request, stream, stream.deadline,
+                         [this] { return othersWait(); });
   } catch (const std::exception& error) {
     logger("runtime")->error("request {}: {}", stream.request.id.hex(), error.what());
     return failed(FailureReason::kInternal, "internal", error.what());
@@ -348,7 +374,7 @@ void Runtime::publishStatus() {
   DaemonStatus status;
   status.id = settings_.id;
   status.version = settings_.version;
-  status.cells = service_.cells();
+  status.cells = service_.served()->infos;
   status.memory_bytes = residentBytes();
   {
     const MutexLock lock(mutex_);
@@ -383,7 +409,7 @@ void Runtime::prepareRequest(const StreamPtr& stream) {
   std::optional<Outcome> failure;
   ++stream->prepared;
   try {
-    service_.prepare(stream->request, stream->deadline);
+    service_.prepare(*stream->cells, stream->request, stream->deadline);
   } catch (const std::exception& error) {
     if (!stream->deadline.over())
       failure = failed(FailureReason::kInternal, "prepare", error.what());
@@ -421,14 +447,17 @@ void Runtime::prepareCell() {
   }
   if (more || preparing_.over()) return;
   if (!failure.empty()) logger("runtime")->error("preparing failed: {}", failure);
+  bool fatal = false;
   {
     const MutexLock lock(mutex_);
-    ready_ = true;
+    // Cells that were read again fail their own requests; others go on.
+    fatal = !failure.empty() && !was_ready_;
+    ready_ = was_ready_ = true;
     changed_ = true;
-    if (!failure.empty()) prepare_failure_ = "preparing failed: " + failure;
+    if (fatal) prepare_failure_ = "preparing failed: " + failure;
   }
   report_.notify_one();
-  if (!failure.empty() && settings_.on_prepare_failed) settings_.on_prepare_failed(failure);
+  if (fatal && settings_.on_prepare_failed) settings_.on_prepare_failed(failure);
 }
 
 void Runtime::prepareLoop() noexcept {

@@ -47,6 +47,10 @@ class Runtime : public RequestHandler {
   /// Ends: nothing more is taken, queued requests are cancelled, running ones are asked to stop and
   /// answered, the answers delivered. Blocks until then. From the owner's thread.
   void stop();
+  /// Has the cells read again and prepared anew. What is wrong with them goes to the log, and the
+  /// daemon goes on with the old ones. From the owner's thread, which it holds up while they are
+  /// read.
+  void reload(const Deadline& deadline);
 
   void onRequest(const PlanRequest& request) override;
   void onInvalidRequest(const RequestId& id, const std::string& client_id,
@@ -57,9 +61,10 @@ class Runtime : public RequestHandler {
   using Clock = Deadline::Clock;
   class Stream;
   using StreamPtr = std::shared_ptr<Stream>;
+  using CellsPtr = std::shared_ptr<const ServedCells>;
 
   enum class CellRoute { kOurs, kOthers, kNobodys };
-  CellRoute route(const std::string& cell, CellInfo& info) const;
+  CellRoute route(const ServedCells& served, const std::string& cell, CellInfo& info) const;
   /// Takes an id that is new; true then. One that was answered is rejected, one that is being
   /// answered needs no second answer.
   bool firstTime(const PlanRequest& request);
@@ -101,6 +106,7 @@ class Runtime : public RequestHandler {
   OutcomeCounters counters_ HANDOVER_GUARDED_BY(mutex_);
   std::uint32_t running_ HANDOVER_GUARDED_BY(mutex_) = 0;
   bool ready_ HANDOVER_GUARDED_BY(mutex_) = false;
+  bool was_ready_ HANDOVER_GUARDED_BY(mutex_) = false;  // with the cells of the start
   bool stopping_ HANDOVER_GUARDED_BY(mutex_) = false;
   bool changed_ HANDOVER_GUARDED_BY(mutex_) = true;
   std::string prepare_failure_ HANDOVER_GUARDED_BY(mutex_);

@@ -21,8 +21,14 @@ using namespace std::chrono_literals;
 /// Plans what the test says; `prepare` and `plan` may be held back until released or stopped.
 class FakeService : public PlanService {
  public:
-  std::vector<CellInfo> cells() const override {
-    return {{"butler", {"serve"}, 5, {}, "0123abcd"}};
+  std::shared_ptr<const ServedCells> served() const override {
+    return std::make_shared<const ServedCells>(
+        std::vector<CellInfo>{{"butler", {"serve"}, revision, {}, "0123abcd"}});
+  }
+
+  void reload(const Deadline&) override {
+    if (!reload_error.empty()) throw std::runtime_error(reload_error);
+    ++revision;
   }
 
   bool prepareNext(const Deadline& deadline) override {
@@ -32,20 +38,26 @@ class FakeService : public PlanService {
     return false;
   }
 
-  void prepare(const PlanRequest& request, const Deadline& deadline) override {
+  void prepare(const ServedCells&, const PlanRequest& request, const Deadline& deadline) override {
     if (request.task == "unmakable") throw std::runtime_error("no space for grasps");
     waitWhile(holding_prepare, deadline);
     if (request.task != "never made") made.insert(request.id);
   }
 
-  std::optional<Outcome> plan(const PlanRequest& request, PlanEventSink& sink,
-                              const Deadline& deadline, const OthersWait& others_wait) override {
-    if (!prepared && prepare_error.empty()) return std::nullopt;
+  std::optional<Outcome> plan(const ServedCells& cells, const PlanRequest& request,
+                              PlanEventSink& sink, const Deadline& deadline,
+                              const OthersWait& others_wait) override {
+    if (!prepared && prepare_error.empty() && !made.contains(request.id)) return std::nullopt;
     if (request.object == "new" && !made.contains(request.id)) return std::nullopt;
     ++plans;
     if (request.task == "others") {
       waitWhile(holding_plans, deadline);
       sink.emit(Note{"others", others_wait() ? "wait" : "none"});
+      return Done{0, true};
+    }
+    if (request.task == "revision") {
+      waitWhile(holding_plans, deadline);
+      sink.emit(Note{"revision", std::to_string(cells.infos.front().revision)});
       return Done{0, true};
     }
     if (request.task == "throw") throw std::runtime_error("broken promise");
@@ -78,7 +90,8 @@ class FakeService : public PlanService {
   }
 
   bool holding_prepare = false, holding_plans = false;
-  std::string prepare_error;
+  std::string prepare_error, reload_error;
+  std::atomic<std::uint64_t> revision = 5;
   std::atomic<int> plans = 0;
   std::atomic<bool> prepared = false;
   std::set<RequestId> made;  ///< requests that prepare() was called for
@@ -467,6 +480,44 @@ TEST_F(RuntimeTest, AFailedPreparationIsReportedAndFailsRequests) {
   const auto outcome = endpoint.outcome(send(request()).id);
   ASSERT_TRUE(is<Failed>(outcome));
   EXPECT_THAT(std::get<Failed>(*outcome).explanation.text, testing::HasSubstr("no space for maps"));
+}
+
+TEST_F(RuntimeTest, RequestsKeepTheCellsThatTheyWereAcceptedWith) {
+  service.holding_plans = true;
+  start();
+  const auto running = send(request("revision"));
+  ASSERT_TRUE(waitForEvents(running.id, 1));
+  const auto queued = send(request("revision"));
+  runtime->reload(Deadline());
+  const auto later = send(request("revision"));
+  service.release();
+  const auto revisions = [&](const RequestId& id) {
+    EXPECT_TRUE(is<Done>(endpoint.outcome(id)));
+    const auto events = endpoint.events(id);
+    return std::pair(std::get<Accepted>(events.at(0).payload).scene_revision,
+                     std::get<Note>(events.at(1).payload).text);
+  };
+  EXPECT_EQ(revisions(running.id), std::pair(std::uint64_t{5}, std::string("5")));
+  EXPECT_EQ(revisions(queued.id), std::pair(std::uint64_t{5}, std::string("5")));
+  EXPECT_EQ(revisions(later.id), std::pair(std::uint64_t{6}, std::string("6")));
+}
+
+TEST_F(RuntimeTest, CellsThatCannotBeReadAgainStayAsTheyAre) {
+  bool ended = false;
+  RuntimeSettings settings;
+  settings.on_prepare_failed = [&](const std::string&) { ended = true; };
+  start(settings);
+  service.reload_error = "butler.yaml:3: no such robot";
+  runtime->reload(Deadline());
+  EXPECT_TRUE(is<Done>(endpoint.outcome(send(request()).id)));
+  service.reload_error.clear();
+  service.prepare_error = "no space for maps";
+  runtime->reload(Deadline());
+  ASSERT_TRUE(endpoint.waitForStatus([](const DaemonStatus& s) {
+    return s.state == DaemonState::kReady && s.cells.front().revision == 6;
+  }));
+  EXPECT_TRUE(is<Done>(endpoint.outcome(send(request()).id)));
+  EXPECT_FALSE(ended);
 }
 
 TEST_F(RuntimeTest, ManyRequestsOnManyWorkersAreAnsweredOnceEach) {
