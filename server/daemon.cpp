@@ -3,6 +3,7 @@
 
 #include "dds/dds_endpoint.hpp"
 #include "runtime/runtime.hpp"
+#include "service_manager.hpp"
 #include "wire/entities.hpp"
 
 #include <handover/common/log.hpp>
@@ -28,13 +29,16 @@ bool runDaemon(PlanService& service, const DaemonOptions& options, DaemonSignals
     prepare_failed = true;
     kill(getpid(), SIGTERM);  // main waits for a signal, this is one
   };
+  settings.alive = [] { tellServiceManager("WATCHDOG=1"); };
   Runtime runtime(service, endpoint, settings);
   runtime.start();
   log->info("serving {} cells in domain {} with {} workers", service.served()->infos.size(),
             options.domain, options.threads);
+  tellServiceManager("READY=1");
   int signal = 0;
   while ((signal = signals.wait()) == SIGHUP) runtime.reload(signals.stopping());
   log->info("stopping: {}", strsignal(signal));
+  tellServiceManager("STOPPING=1");
   runtime.stop();
   return !prepare_failed;
 }

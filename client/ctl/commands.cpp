@@ -14,6 +14,7 @@
 #include <handover/client/client.hpp>
 #include <handover/client/plan_file.hpp>
 #include <handover/common/mutex.hpp>
+#include <handover/common/printable.hpp>
 
 #include <deque>
 #include <functional>
@@ -168,8 +169,8 @@ int runCells(const CommonOptions& common) {
     const SignalWatch signals([&client] { client.interrupt(); }, kExitCancelled);
     for (const DaemonStatus& status : client.daemons()) {
       for (const CellInfo& cell : status.cells) {
-        people(common) << cell.name << ":";
-        for (const auto& task : cell.tasks) people(common) << ' ' << task;
+        people(common) << printable(cell.name) << ":";
+        for (const auto& task : cell.tasks) people(common) << ' ' << printable(task);
         people(common) << std::endl;
         if (common.json) std::cout << client::compact(cellJson(cell)) << std::endl;
       }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/runtime.hpp"
 
+#include "runtime/request_log.hpp"
 #include "runtime/thread_name.hpp"
 
 #include <handover/common/check.hpp>
@@ -37,19 +38,6 @@ std::uint64_t residentBytes() {
   return statm ? resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) : 0;
 }
 
-std::string textOf(const Outcome& outcome) {
-  if (const auto* done = std::get_if<Done>(&outcome)) {
-    return done->complete ? "done" : "done, cut by the deadline";
-  }
-  if (const auto* fail = std::get_if<Failed>(&outcome)) {
-    return std::string("failed: ") + toString(fail->reason) + " (" + fail->explanation.text + ")";
-  }
-  if (const auto* rejected = std::get_if<Rejected>(&outcome)) {
-    return std::string("rejected: ") + toString(rejected->reason);
-  }
-  return std::string("cancelled: ") + toString(std::get<Cancelled>(outcome).cause);
-}
-
 }  // namespace
 
 /// The answer to one request. Used by one thread at a time: who took it from the queue owns it.
@@ -61,6 +49,7 @@ class Runtime::Stream : public PlanEventSink {
         cells(std::move(served)),
         taken_at(Clock::now()),
         endpoint_(endpoint) {
+    facts.task = request.task;
     if (!request.deadline_s) return;
     // Deadlines beyond a day are no deadlines; the clock would overflow on absurd ones.
     if (*request.deadline_s < 86'400.0) {
@@ -76,6 +65,7 @@ class Runtime::Stream : public PlanEventSink {
     const auto faults = check(event);
     if (!faults.empty()) throw std::logic_error("invalid plan event:" + describe(faults));
     ++next_sequence_;
+    note(event.payload);
     endpoint_.publish(request.client_id, event);
   }
 
@@ -100,8 +90,19 @@ class Runtime::Stream : public PlanEventSink {
   std::optional<Clock::time_point> deadline_at;
   Deadline deadline;
   int prepared = 0;  ///< how often what it needs was made for it
+  AnswerFacts facts;
 
  private:
+  /// What the log will tell.
+  void note(const PlanEventPayload& payload) {
+    if (const auto* accepted = std::get_if<Accepted>(&payload)) {
+      facts.scene_hash = accepted->scene_hash;
+    } else if (const auto* scene = std::get_if<SceneSnapshot>(&payload)) {
+      facts.task = scene->task;
+      facts.scene_hash = scene->scene_hash;
+    }
+  }
+
   Endpoint& endpoint_;
   const AnswerId answer_id_ = RequestId::random().bytes;
   std::uint32_t next_sequence_ = 0;
@@ -228,6 +229,8 @@ void Runtime::onRequest(const PlanRequest& request) {
   accepted.scene_hash = cell.scene_hash;
   accepted.queue_place = ahead;
   stream->emit(std::move(accepted));
+  logger("runtime")->debug("request {} of {}: accepted, {} ahead", request.id.hex(),
+                           request.client_id, ahead);
   {
     // Only this thread adds to the queue, so there is still room.
     const MutexLock lock(mutex_);
@@ -294,16 +297,15 @@ void Runtime::finish(const StreamPtr& stream, Outcome outcome) {
 }
 
 void Runtime::send(Stream& stream, Outcome outcome) {
-  const std::string text = textOf(outcome);
-  const std::string id = stream.request.id.hex();
+  if (stream.facts.queued_s == 0) stream.facts.queued_s = stream.elapsed();  // no worker took it
   try {
-    stream.emit(std::move(outcome));
+    stream.emit(outcome);
   } catch (const std::logic_error& error) {
-    logger("runtime")->error("request {}: {}", id, error.what());
-    stream.emit(failed(FailureReason::kInternal, "runtime", "The outcome cannot be sent."));
+    logger("runtime")->error("request {}: {}", stream.request.id.hex(), error.what());
+    outcome = failed(FailureReason::kInternal, "runtime", "The outcome cannot be sent.");
+    stream.emit(outcome);
   }
-  logger("runtime")->info("request {} of {}: {}, {:.1f} ms", id, stream.request.client_id, text,
-                          1e3 * stream.elapsed());
+  logAnswer(stream.request, stream.facts, outcome);
 }
 
 bool Runtime::othersWait() const {
@@ -387,6 +389,7 @@ void Runtime::publishStatus() {
     status.counters = counters_;
   }
   endpoint_.publishStatus(status);
+  if (settings_.alive) settings_.alive();
 }
 
 // Threads.
@@ -408,6 +411,8 @@ Runtime::StreamPtr Runtime::nextUnprepared(bool& stop) {
 void Runtime::prepareRequest(const StreamPtr& stream) {
   std::optional<Outcome> failure;
   ++stream->prepared;
+  const double began_s = stream->elapsed();
+  logger("runtime")->debug("request {}: what it lacks is made", stream->request.id.hex());
   try {
     service_.prepare(*stream->cells, stream->request, stream->deadline);
   } catch (const std::exception& error) {
@@ -416,6 +421,7 @@ void Runtime::prepareRequest(const StreamPtr& stream) {
   } catch (...) {
     failure = failed(FailureReason::kInternal, "prepare", "unknown exception");
   }
+  stream->facts.prepared_s += stream->elapsed() - began_s;
   {
     const MutexLock lock(mutex_);
     --being_prepared_;
@@ -446,7 +452,11 @@ void Runtime::prepareCell() {
     failure = "unknown exception";
   }
   if (more || preparing_.over()) return;
-  if (!failure.empty()) logger("runtime")->error("preparing failed: {}", failure);
+  if (failure.empty()) {
+    logger("runtime")->info("ready: all cells are prepared");
+  } else {
+    logger("runtime")->error("preparing failed: {}", failure);
+  }
   bool fatal = false;
   {
     const MutexLock lock(mutex_);
@@ -488,7 +498,11 @@ void Runtime::workerLoop(int index) noexcept {
       changed_ = true;
     }
     report_.notify_one();
+    AnswerFacts& facts = stream->facts;
+    const double began_s = stream->elapsed();
+    if (facts.queued_s == 0) facts.queued_s = began_s;
     std::optional<Outcome> outcome = answer(*stream);
+    facts.planned_s += stream->elapsed() - began_s;
     {
       const MutexLock lock(mutex_);
       --running_;

@@ -29,6 +29,8 @@ struct RuntimeSettings {
   /// Called once, from the preparing thread, when a cell cannot be prepared; requests fail from
   /// then on.
   std::function<void(const std::string&)> on_prepare_failed;
+  /// Called with each report, at least every second while the daemon's threads go on.
+  std::function<void()> alive;
 };
 
 /// Owns the threads between endpoint and planning. Requests are accepted as soon as start()
@@ -70,7 +72,7 @@ class Runtime : public RequestHandler {
   bool firstTime(const PlanRequest& request);
   void reject(const StreamPtr& stream, RejectionReason reason, std::vector<Fault> faults);
   void finish(const StreamPtr& stream, Outcome outcome);
-  void send(Stream& stream, Outcome outcome);
+  static void send(Stream& stream, Outcome outcome);
   std::optional<Outcome> answer(Stream& stream);
   bool othersWait() const;
   /// Next for the preparing thread: nullptr and `stop` false: a cell.

@@ -360,6 +360,24 @@ TEST_F(RuntimeTest, RejectsInvalidRequestsWithEveryFault) {
   EXPECT_EQ(std::get<Rejected>(*outcome), (Rejected{RejectionReason::kBadRequest, faults}));
 }
 
+TEST_F(RuntimeTest, ALineTellsWhatARequestAskedAndHowItEnded) {
+  start();
+  testing::internal::CaptureStderr();
+  auto r = request("known early");
+  r.seed = 42;
+  endpoint.outcome(send(r).id);
+  const RequestId bad = RequestId::random();
+  endpoint.sendInvalid(bad, "me\n\x1B[2J", {{"seed", "is\nodd"}, {"", "b"}});
+  runtime->stop();
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(log, testing::HasSubstr("request " + r.id.hex() +
+                                      " of test: cell butler, task known early, seed 42, scene "
+                                      "0123abcd: failed: no_path ()"));
+  EXPECT_THAT(log, testing::HasSubstr("request " + bad.hex() + " of me\\n\\x1b[2J: cell "));
+  EXPECT_THAT(log, testing::HasSubstr("rejected: bad_request (seed: is\\nodd; b)"));
+  EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 2);
+}
+
 TEST_F(RuntimeTest, SurvivesExceptionsAndEventsThatMustNotBeSent) {
   start();
   for (const char* task : {"throw", "nan", "bad outcome"}) {
