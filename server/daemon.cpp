@@ -2,7 +2,6 @@
 #include "daemon.hpp"
 
 #include "dds/dds_endpoint.hpp"
-#include "runtime/runtime.hpp"
 #include "service_manager.hpp"
 #include "wire/entities.hpp"
 
@@ -21,8 +20,7 @@ bool runDaemon(PlanService& service, const DaemonOptions& options, DaemonSignals
   DdsEndpoint endpoint({.domain = options.domain});
 
   std::atomic<bool> prepare_failed = false;
-  RuntimeSettings settings;
-  settings.threads = options.threads;
+  RuntimeSettings settings = options.runtime;
   settings.id = RequestId::random().bytes;
   settings.version = HANDOVER_VERSION;
   settings.on_prepare_failed = [&prepare_failed](const std::string&) {
@@ -33,7 +31,7 @@ bool runDaemon(PlanService& service, const DaemonOptions& options, DaemonSignals
   Runtime runtime(service, endpoint, settings);
   runtime.start();
   log->info("serving {} cells in domain {} with {} workers", service.served()->infos.size(),
-            options.domain, options.threads);
+            options.domain, settings.threads);
   tellServiceManager("READY=1");
   int signal = 0;
   while ((signal = signals.wait()) == SIGHUP) runtime.reload(signals.stopping());

@@ -4,12 +4,13 @@
 
 #include "daemon_signals.hpp"
 #include "runtime/plan_service.hpp"
+#include "runtime/runtime.hpp"
 
 namespace handover {
 
 struct DaemonOptions {
   int domain = 0;
-  int threads = 1;
+  RuntimeSettings runtime;  ///< id, version and callbacks are the daemon's own
 };
 
 /// Joins the domain and serves until a stop signal; then every open request gets its outcome. At

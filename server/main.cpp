@@ -109,6 +109,20 @@ int notBuiltYet(const std::string& what) {
   return kExitConfiguration;
 }
 
+/// What the settings say of requests and clients.
+RuntimeSettings runtimeSettings(const DaemonSettings& settings) {
+  constexpr std::uint64_t kMegabyte = 1'000'000;
+  const DaemonLimits& limits = settings.limits;
+  RuntimeSettings runtime;
+  runtime.threads = settings.threads;
+  runtime.queue_capacity = static_cast<std::size_t>(limits.queue);
+  runtime.client_queue = static_cast<std::size_t>(limits.client_queue);
+  runtime.client_limits = {limits.client_cpu_s,
+                           kMegabyte * static_cast<std::uint64_t>(limits.client_cache_mb)};
+  if (limits.deadline_s > 0) runtime.deadline_s = limits.deadline_s;
+  return runtime;
+}
+
 int serve(const Options& options) {
   const Setup setup = setUp(options);
   if (setup.settings.transport != "loopback") {
@@ -119,7 +133,7 @@ int serve(const Options& options) {
   try {
     CellService service(setup.root, setup.settings.cells, cacheFolder(setup.settings.cache),
                         std::ref(bar), false, signals.stopping());
-    const DaemonOptions daemon{.domain = setup.settings.domain, .threads = setup.settings.threads};
+    const DaemonOptions daemon{setup.settings.domain, runtimeSettings(setup.settings)};
     return runDaemon(service, daemon, signals) ? kExitDone : kExitConfiguration;
   } catch (const std::exception&) {
     if (signals.stopping().over()) return kExitDone;  // told to stop before it served

@@ -44,19 +44,20 @@ std::uint64_t residentBytes() {
 class Runtime::Stream : public PlanEventSink {
  public:
   /// @param served  cells from which it is answered; null for one that none of them is asked for
-  Stream(Endpoint& endpoint, PlanRequest taken, CellsPtr served = nullptr)
+  /// @param patience_s  its deadline where it names none
+  Stream(Endpoint& endpoint, PlanRequest taken, CellsPtr served = nullptr,
+         std::optional<double> patience_s = {})
       : request(std::move(taken)),
         cells(std::move(served)),
         taken_at(Clock::now()),
         endpoint_(endpoint) {
     facts.task = request.task;
-    if (!request.deadline_s) return;
+    const std::optional<double> seconds = request.deadline_s ? request.deadline_s : patience_s;
     // Deadlines beyond a day are no deadlines; the clock would overflow on absurd ones.
-    if (*request.deadline_s < 86'400.0) {
-      deadline_at = taken_at + std::chrono::duration_cast<Clock::duration>(
-                                   std::chrono::duration<double>(*request.deadline_s));
-      deadline = Deadline(*deadline_at);
-    }
+    if (!seconds || *seconds >= 86'400.0) return;
+    deadline_at = taken_at + std::chrono::duration_cast<Clock::duration>(
+                                 std::chrono::duration<double>(*seconds));
+    deadline = Deadline(*deadline_at);
   }
 
   /// @throws std::logic_error when the payload is beyond what the wire carries.
@@ -90,6 +91,9 @@ class Runtime::Stream : public PlanEventSink {
   std::optional<Clock::time_point> deadline_at;
   Deadline deadline;
   int prepared = 0;  ///< how often what it needs was made for it
+  // Guarded by the runtime's mutex.
+  std::uint64_t place = 0;  ///< among the requests accepted
+  bool on_worker = false;   ///< from its turn on, but while it lacks something
   AnswerFacts facts;
 
  private:
@@ -110,7 +114,10 @@ class Runtime::Stream : public PlanEventSink {
 };
 
 Runtime::Runtime(PlanService& service, Endpoint& endpoint, RuntimeSettings settings)
-    : service_(service), endpoint_(endpoint), settings_(std::move(settings)) {}
+    : service_(service),
+      endpoint_(endpoint),
+      settings_(std::move(settings)),
+      accounts_(settings_.client_limits) {}
 
 Runtime::~Runtime() { stop(); }
 
@@ -125,14 +132,12 @@ void Runtime::start() {
 
 void Runtime::stop() {
   endpoint_.stopReceiving();
-  std::deque<StreamPtr> queued;
+  std::vector<StreamPtr> queued;
   {
     const MutexLock lock(mutex_);
     if (stopping_) return;
     stopping_ = true;
-    queued.swap(queue_);
-    queued.insert(queued.end(), unprepared_.begin(), unprepared_.end());
-    unprepared_.clear();
+    queued = extract([](const StreamPtr&) { return true; });
     preparing_.cancel();
     for (const auto& [id, stream] : open_) stream->cancel(CancelCause::kDaemonStopping);
   }
@@ -193,33 +198,42 @@ bool Runtime::firstTime(const PlanRequest& request) {
   return false;
 }
 
+std::string Runtime::admit(const StreamPtr& stream, std::uint32_t& ahead) {
+  const std::string& client = stream->request.client_id;
+  const MutexLock lock(mutex_);
+  if (waiting() >= settings_.queue_capacity) {
+    return fmt::format("the queue is full: {} requests wait", settings_.queue_capacity);
+  }
+  const auto of_client = std::count_if(open_.begin(), open_.end(), [&](const auto& open) {
+    return open.second->request.client_id == client && !open.second->on_worker;
+  });
+  if (static_cast<std::size_t>(of_client) >= settings_.client_queue) {
+    return fmt::format("{} requests of this client wait, as many as may", settings_.client_queue);
+  }
+  if (std::string why_not = accounts_.refusal(client, Clock::now()); !why_not.empty()) {
+    return why_not;
+  }
+  ahead = static_cast<std::uint32_t>(queue_.size()) + running_;
+  stream->place = counters_.accepted++;
+  open_[stream->request.id] = stream;
+  return "";
+}
+
 void Runtime::onRequest(const PlanRequest& request) {
   const CellsPtr served = service_.served();
   CellInfo cell;
   const CellRoute where = route(*served, request.cell, cell);
   if (where == CellRoute::kOthers || !firstTime(request)) return;
 
-  auto stream = std::make_shared<Stream>(endpoint_, request, served);
+  auto stream = std::make_shared<Stream>(endpoint_, request, served, settings_.deadline_s);
   if (where == CellRoute::kNobodys) {
     reject(stream, RejectionReason::kUnknownCell,
            {{"cell", "no daemon serves a cell named '" + request.cell + "'"}});
     return;
   }
   std::uint32_t ahead = 0;
-  bool full = false;
-  {
-    const MutexLock lock(mutex_);
-    full = waiting() >= settings_.queue_capacity;
-    ahead = static_cast<std::uint32_t>(queue_.size()) + running_;
-    if (!full) {
-      open_[request.id] = stream;
-      ++counters_.accepted;
-    }
-  }
-  if (full) {
-    reject(stream, RejectionReason::kBusy,
-           {{"",
-             "the queue is full: " + std::to_string(settings_.queue_capacity) + " requests wait"}});
+  if (const std::string why_not = admit(stream, ahead); !why_not.empty()) {
+    reject(stream, RejectionReason::kBusy, {{"", why_not}});
     return;
   }
   Accepted accepted;
@@ -234,7 +248,7 @@ void Runtime::onRequest(const PlanRequest& request) {
   {
     // Only this thread adds to the queue, so there is still room.
     const MutexLock lock(mutex_);
-    queue_.push_back(stream);
+    queue_.push(request.client_id, stream->place, stream);
     changed_ = true;
   }
   work_.notify_one();
@@ -251,20 +265,15 @@ void Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id
 }
 
 void Runtime::onCancel(const RequestId& id, CancelCause cause) {
-  StreamPtr queued;
+  std::vector<StreamPtr> queued;
   {
     const MutexLock lock(mutex_);
     const auto found = open_.find(id);
     if (found == open_.end()) return;
     found->second->cancel(cause);
-    for (std::deque<StreamPtr>* waiting : {&queue_, &unprepared_}) {
-      const auto at = std::find(waiting->begin(), waiting->end(), found->second);
-      if (at == waiting->end()) continue;
-      queued = *at;
-      waiting->erase(at);
-    }
+    queued = extract([&](const StreamPtr& stream) { return stream == found->second; });
   }
-  if (queued) finish(queued, Cancelled{cause});
+  for (const auto& stream : queued) finish(stream, Cancelled{cause});
 }
 
 void Runtime::reject(const StreamPtr& stream, RejectionReason reason, std::vector<Fault> faults) {
@@ -345,23 +354,19 @@ std::optional<Outcome> Runtime::answer(Stream& stream) {
   }
 }
 
-void Runtime::expire(std::deque<StreamPtr>& waiting, std::vector<StreamPtr>& late) {
-  for (auto it = waiting.begin(); it != waiting.end();) {
-    if ((*it)->deadline.over()) {
-      late.push_back(*it);
-      it = waiting.erase(it);
-    } else {
-      ++it;
-    }
-  }
+template <typename Condition>
+std::vector<Runtime::StreamPtr> Runtime::extract(Condition condition) {
+  std::vector<StreamPtr> taken = queue_.extract(condition);
+  std::vector<StreamPtr> more = unprepared_.extract(condition);
+  taken.insert(taken.end(), more.begin(), more.end());
+  return taken;
 }
 
 void Runtime::expireQueued() {
   std::vector<StreamPtr> late;
   {
     const MutexLock lock(mutex_);
-    expire(queue_, late);
-    expire(unprepared_, late);
+    late = extract([](const StreamPtr& stream) { return stream->deadline.over(); });
   }
   for (const auto& stream : late) {
     finish(stream, failed(FailureReason::kDeadline, "queue", "The deadline passed in the queue."));
@@ -401,10 +406,8 @@ Runtime::StreamPtr Runtime::nextUnprepared(bool& stop) {
   });
   stop = stopping_;
   if (stop || unprepared_.empty()) return nullptr;
-  StreamPtr stream = unprepared_.front();
-  unprepared_.pop_front();
   ++being_prepared_;
-  return stream;
+  return unprepared_.pop();
 }
 
 /// Makes what a request lacks and queues it again, before those that came after it.
@@ -421,20 +424,20 @@ void Runtime::prepareRequest(const StreamPtr& stream) {
   } catch (...) {
     failure = failed(FailureReason::kInternal, "prepare", "unknown exception");
   }
-  stream->facts.prepared_s += stream->elapsed() - began_s;
+  const double took_s = stream->elapsed() - began_s;
+  stream->facts.prepared_s += took_s;
   {
     const MutexLock lock(mutex_);
     --being_prepared_;
+    unprepared_.finished(stream->request.client_id, took_s);
+    accounts_.charge(stream->request.client_id, took_s, 0, Clock::now());
     changed_ = true;
     if (!failure && stopping_) failure = Cancelled{CancelCause::kDaemonStopping};
     if (!failure && stream->deadline.state() == Deadline::State::kPassed) {
       failure = failed(FailureReason::kDeadline, "prepare",
                        "The deadline passed while parts, maps or grasps were made.");
     }
-    if (!failure) {
-      const auto later = [&](const StreamPtr& it) { return it->taken_at > stream->taken_at; };
-      queue_.insert(std::find_if(queue_.begin(), queue_.end(), later), stream);
-    }
+    if (!failure) queue_.push(stream->request.client_id, stream->place, stream);
   }
   if (failure) return finish(stream, std::move(*failure));
   work_.notify_one();
@@ -492,8 +495,8 @@ void Runtime::workerLoop(int index) noexcept {
       MutexLock lock(mutex_);
       work_.wait(lock, [this]() HANDOVER_REQUIRES(mutex_) { return stopping_ || !queue_.empty(); });
       if (stopping_) return;  // stop() answers what is queued
-      stream = queue_.front();
-      queue_.pop_front();
+      stream = queue_.pop();
+      stream->on_worker = true;
       ++running_;
       changed_ = true;
     }
@@ -502,12 +505,17 @@ void Runtime::workerLoop(int index) noexcept {
     const double began_s = stream->elapsed();
     if (facts.queued_s == 0) facts.queued_s = began_s;
     std::optional<Outcome> outcome = answer(*stream);
-    facts.planned_s += stream->elapsed() - began_s;
+    const double took_s = stream->elapsed() - began_s;
+    facts.planned_s += took_s;
     {
+      const std::string& client = stream->request.client_id;
       const MutexLock lock(mutex_);
       --running_;
+      queue_.finished(client, took_s);
+      accounts_.charge(client, took_s, 0, Clock::now());
       if (!outcome && stopping_) outcome = Cancelled{CancelCause::kDaemonStopping};
-      if (!outcome) unprepared_.push_back(stream);
+      stream->on_worker = outcome.has_value();
+      if (!outcome) unprepared_.push(client, stream->place, stream);
       changed_ = true;
     }
     if (outcome) finish(stream, std::move(*outcome));
@@ -526,11 +534,11 @@ void Runtime::statusLoop() noexcept {
     // At most 20 reports a second, at least one; queued deadlines in time.
     report_.wait_for(lock, 50ms, [this]() HANDOVER_REQUIRES(mutex_) { return stopping_; });
     auto until = Clock::now() + 950ms;
-    for (const std::deque<StreamPtr>* waiting : {&queue_, &unprepared_}) {
-      for (const auto& stream : *waiting) {
-        if (stream->deadline_at) until = std::min(until, *stream->deadline_at);
-      }
-    }
+    const auto sooner = [&until](const StreamPtr& stream) {
+      if (stream->deadline_at) until = std::min(until, *stream->deadline_at);
+    };
+    queue_.forEach(sooner);
+    unprepared_.forEach(sooner);
     report_.wait_until(lock, until,
                        [this]() HANDOVER_REQUIRES(mutex_) { return stopping_ || changed_; });
   }

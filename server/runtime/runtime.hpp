@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests become answers: a bounded queue, workers, cancel, deadline, and exactly one outcome for
-// each.
+// Requests become answers: a bounded queue with fair turns for clients, workers, cancel, deadline,
+// and exactly one outcome for each.
 #pragma once
 
+#include "runtime/client_accounts.hpp"
 #include "runtime/endpoint.hpp"
+#include "runtime/fair_queue.hpp"
 #include "runtime/plan_service.hpp"
 
 #include <handover/common/deadline.hpp>
@@ -13,6 +15,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -21,9 +24,12 @@
 namespace handover {
 
 struct RuntimeSettings {
-  int threads = 1;                  ///< workers, at least 1
-  std::size_t queue_capacity = 64;  ///< requests waiting; more are rejected as busy
-  std::size_t remembered = 4096;    ///< ids of answered requests, rejected when they come again
+  int threads = 1;                   ///< workers, at least 1
+  std::size_t queue_capacity = 256;  ///< requests waiting; more are rejected as busy
+  std::size_t client_queue = 64;     ///< of one client
+  ClientLimits client_limits;
+  std::optional<double> deadline_s;  ///< of requests that name none
+  std::size_t remembered = 4096;     ///< ids of answered requests, rejected when they come again
   DaemonId id{};
   std::string version;
   /// Called once, from the preparing thread, when a cell cannot be prepared; requests fail from
@@ -70,6 +76,8 @@ class Runtime : public RequestHandler {
   /// Takes an id that is new; true then. One that was answered is rejected, one that is being
   /// answered needs no second answer.
   bool firstTime(const PlanRequest& request);
+  /// Enters a request; or says why it cannot be taken now.
+  std::string admit(const StreamPtr& stream, std::uint32_t& ahead);
   void reject(const StreamPtr& stream, RejectionReason reason, std::vector<Fault> faults);
   void finish(const StreamPtr& stream, Outcome outcome);
   static void send(Stream& stream, Outcome outcome);
@@ -79,8 +87,9 @@ class Runtime : public RequestHandler {
   StreamPtr nextUnprepared(bool& stop);
   void prepareRequest(const StreamPtr& stream);
   void prepareCell();
-  void expire(std::deque<StreamPtr>& waiting, std::vector<StreamPtr>& late)
-      HANDOVER_REQUIRES(mutex_);
+  /// Takes waiting requests out.
+  template <typename Condition>
+  std::vector<StreamPtr> extract(Condition condition) HANDOVER_REQUIRES(mutex_);
   void expireQueued();
   /// Requests that wait for a worker or for what they lack, what is being made included.
   std::uint32_t waiting() const HANDOVER_REQUIRES(mutex_);
@@ -99,8 +108,9 @@ class Runtime : public RequestHandler {
   Condition work_;    // queue_, stopping_ changed
   Condition lacks_;   // unprepared_, stopping_ changed
   Condition report_;  // something to report, a new deadline, or stopping
-  std::deque<StreamPtr> queue_ HANDOVER_GUARDED_BY(mutex_);
-  std::deque<StreamPtr> unprepared_ HANDOVER_GUARDED_BY(mutex_);  // something has to be made first
+  FairQueue<StreamPtr> queue_ HANDOVER_GUARDED_BY(mutex_);
+  FairQueue<StreamPtr> unprepared_ HANDOVER_GUARDED_BY(mutex_);  // something has to be made first
+  ClientAccounts accounts_ HANDOVER_GUARDED_BY(mutex_);
   std::uint32_t being_prepared_ HANDOVER_GUARDED_BY(mutex_) = 0;  // taken out of unprepared_
   std::map<RequestId, StreamPtr> open_ HANDOVER_GUARDED_BY(mutex_);
   std::set<RequestId> known_ HANDOVER_GUARDED_BY(mutex_);       // being answered and remembered

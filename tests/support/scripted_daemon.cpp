@@ -18,5 +18,5 @@ int main(int argc, char** argv) {
   }
   handover::DaemonSignals signals;
   handover::test::ScriptedService service;
-  return handover::runDaemon(service, {.domain = *domain, .threads = 1}, signals) ? 0 : 3;
+  return handover::runDaemon(service, {.domain = *domain}, signals) ? 0 : 3;
 }

@@ -50,6 +50,10 @@ class FakeService : public PlanService {
     if (!prepared && prepare_error.empty() && !made.contains(request.id)) return std::nullopt;
     if (request.object == "new" && !made.contains(request.id)) return std::nullopt;
     ++plans;
+    {
+      const std::lock_guard lock(mutex_);
+      order.push_back(request.id);
+    }
     if (request.task == "others") {
       waitWhile(holding_plans, deadline);
       sink.emit(Note{"others", others_wait() ? "wait" : "none"});
@@ -94,7 +98,8 @@ class FakeService : public PlanService {
   std::atomic<std::uint64_t> revision = 5;
   std::atomic<int> plans = 0;
   std::atomic<bool> prepared = false;
-  std::set<RequestId> made;  ///< requests that prepare() was called for
+  std::vector<RequestId> order;  ///< in which requests were planned
+  std::set<RequestId> made;      ///< requests that prepare() was called for
 
  private:
   /// Planning polls its deadline; so does this.
@@ -135,6 +140,14 @@ class RuntimeTest : public testing::Test {
 
   bool waitForEvents(const RequestId& id, std::size_t count) {
     return endpoint.waitFor(id, [&](const auto& s) { return s.size() >= count; }).has_value();
+  }
+
+  /// Why a request was turned away; empty when it was not.
+  std::string busyText(const RequestId& id) {
+    const auto outcome = endpoint.outcome(id);
+    const auto* rejected = outcome ? std::get_if<Rejected>(&*outcome) : nullptr;
+    if (rejected == nullptr || rejected->reason != RejectionReason::kBusy) return "";
+    return rejected->faults.at(0).message;
   }
 
   FakeService service;
@@ -269,6 +282,60 @@ TEST_F(RuntimeTest, SaysTheQueuePlaceAndRejectsWhenFull) {
             RejectionReason::kBusy);
   service.release();
   for (const auto& r : {running, second, third}) EXPECT_TRUE(is<Done>(endpoint.outcome(r.id)));
+}
+
+TEST_F(RuntimeTest, AClientTakesTurnsWithOneThatHasManyRequests) {
+  service.holding_plans = true;
+  start();
+  const auto running = send(request());
+  ASSERT_TRUE(waitForEvents(running.id, 2));
+  std::vector<PlanRequest> many;
+  for (int i = 0; i < 20; ++i) many.push_back(send(request()));
+  auto other = request();
+  other.client_id = "other";
+  send(other);
+  service.release();
+  EXPECT_TRUE(is<Done>(endpoint.outcome(other.id)));
+  for (const auto& r : many) EXPECT_TRUE(is<Done>(endpoint.outcome(r.id)));
+  EXPECT_EQ(service.order.at(1), other.id);  // next after the one that ran as it came
+}
+
+TEST_F(RuntimeTest, AClientsWaitingRequestsAreLimitedAndItIsToldSo) {
+  service.holding_plans = true;
+  start({.client_queue = 2});
+  const auto running = send(request());
+  ASSERT_TRUE(waitForEvents(running.id, 2));
+  send(request());
+  send(request());
+  EXPECT_THAT(busyText(send(request()).id), testing::HasSubstr("2 requests of this client wait"));
+  auto other = request();
+  other.client_id = "other";
+  send(other);
+  service.release();
+  EXPECT_TRUE(is<Done>(endpoint.outcome(other.id)));
+}
+
+TEST_F(RuntimeTest, AClientsTimeIsLimitedAndItIsToldSo) {
+  start({.client_limits = {.cpu_s = 1e-9}});
+  EXPECT_TRUE(is<Done>(endpoint.outcome(send(request()).id)));
+  EXPECT_THAT(busyText(send(request()).id), testing::HasSubstr("s of planning within an hour"));
+  auto other = request();
+  other.client_id = "other";
+  EXPECT_TRUE(is<Done>(endpoint.outcome(send(other).id)));
+}
+
+TEST_F(RuntimeTest, RequestsWithoutADeadlineGetTheDaemons) {
+  service.holding_plans = true;
+  start({.deadline_s = 0.02});
+  const auto outcome = endpoint.outcome(send(request()).id);
+  ASSERT_TRUE(is<Failed>(outcome));
+  EXPECT_EQ(std::get<Failed>(*outcome).reason, FailureReason::kDeadline);
+  auto patient = request();
+  patient.deadline_s = 60;
+  send(patient);
+  ASSERT_TRUE(waitForEvents(patient.id, 2));
+  service.release();
+  EXPECT_TRUE(is<Done>(endpoint.outcome(patient.id)));
 }
 
 TEST_F(RuntimeTest, CancelsQueuedAndRunningRequests) {
@@ -539,7 +606,7 @@ TEST_F(RuntimeTest, CellsThatCannotBeReadAgainStayAsTheyAre) {
 }
 
 TEST_F(RuntimeTest, ManyRequestsOnManyWorkersAreAnsweredOnceEach) {
-  start({.threads = 4, .queue_capacity = 1000});
+  start({.threads = 4, .queue_capacity = 1000, .client_queue = 1000});
   std::vector<RequestId> ids;
   for (int i = 0; i < 300; ++i) {
     ids.push_back(send(request()).id);
@@ -640,7 +707,9 @@ INSTANTIATE_TEST_SUITE_P(Seeded, RuntimeStorm,
                                          Storm{5, 2, 1000, true}, Storm{6, 4, 8, true}));
 
 TEST_P(RuntimeStorm, EveryRequestHasOneOutcomeAtItsEnd) {
-  start({.threads = GetParam().threads, .queue_capacity = GetParam().capacity});
+  start({.threads = GetParam().threads,
+         .queue_capacity = GetParam().capacity,
+         .client_queue = GetParam().capacity});
   ids.push_back(send(request()).id);
   while (ids.size() < 300) act();
   if (GetParam().stopped_midway) {
