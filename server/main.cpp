@@ -14,6 +14,7 @@
 #include "cells/decomposition_cache.hpp"
 #include "cells/scene_check.hpp"
 #include "daemon.hpp"
+#include "runtime/memory.hpp"
 #include "settings/check.hpp"
 #include "settings/roots.hpp"
 #include "settings/settings_file.hpp"
@@ -109,21 +110,27 @@ int notBuiltYet(const std::string& what) {
   return kExitConfiguration;
 }
 
+constexpr std::uint64_t kMebibyte = std::uint64_t{1} << 20;
+
+CacheFolder cacheOf(const DaemonSettings& settings) {
+  return {cacheFolder(settings.cache), kMebibyte * static_cast<std::uint64_t>(settings.cache_mib)};
+}
+
 /// What the settings say of requests and clients.
 RuntimeSettings runtimeSettings(const DaemonSettings& settings) {
-  constexpr std::uint64_t kMegabyte = 1'000'000;
   const DaemonLimits& limits = settings.limits;
   RuntimeSettings runtime;
   runtime.threads = settings.threads;
   runtime.queue_capacity = static_cast<std::size_t>(limits.queue);
   runtime.client_queue = static_cast<std::size_t>(limits.client_queue);
   runtime.client_limits = {limits.client_cpu_s,
-                           kMegabyte * static_cast<std::uint64_t>(limits.client_cache_mb)};
+                           kMebibyte * static_cast<std::uint64_t>(limits.client_cache_mib)};
   if (limits.deadline_s > 0) runtime.deadline_s = limits.deadline_s;
   return runtime;
 }
 
 int serve(const Options& options) {
+  boundAllocatorPools();
   const Setup setup = setUp(options);
   if (setup.settings.transport != "loopback") {
     return notBuiltYet("transport " + setup.settings.transport);
@@ -131,8 +138,8 @@ int serve(const Options& options) {
   DaemonSignals signals;  // before the first thread
   ProgressBar bar;
   try {
-    CellService service(setup.root, setup.settings.cells, cacheFolder(setup.settings.cache),
-                        std::ref(bar), false, signals.stopping());
+    CellService service(setup.root, setup.settings.cells, cacheOf(setup.settings), std::ref(bar),
+                        false, signals.stopping());
     const DaemonOptions daemon{setup.settings.domain, runtimeSettings(setup.settings)};
     return runDaemon(service, daemon, signals) ? kExitDone : kExitConfiguration;
   } catch (const std::exception&) {
@@ -144,8 +151,8 @@ int serve(const Options& options) {
 int prepareFiles(const Options& options) {
   const Setup setup = setUp(options);
   ProgressBar bar;
-  CellService service(setup.root, setup.settings.cells, cacheFolder(setup.settings.cache),
-                      std::ref(bar), options.force);
+  CellService service(setup.root, setup.settings.cells, cacheOf(setup.settings), std::ref(bar),
+                      options.force);
   service.prepareAll(Deadline());
   return kExitDone;
 }

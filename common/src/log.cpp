@@ -4,15 +4,17 @@
 #include <handover/common/unix_datagram.hpp>
 
 #include <errno.h>
+#include <limits.h>
+#include <poll.h>
 #include <spdlog/details/null_mutex.h>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/base_sink.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <mutex>
+#include <string_view>
 
 namespace handover {
 namespace {
@@ -38,6 +40,43 @@ std::unique_ptr<spdlog::formatter> lineFormatter() {
   formatter->add_flag<EscapedText>('*').set_pattern("%Y-%m-%dT%H:%M:%S.%eZ [%n] [%l] %*");
   return formatter;
 }
+
+/// To standard error, without ever waiting for a reader for long: lines that it does not take are
+/// lost, and counted.
+class StandardErrorSink : public spdlog::sinks::base_sink<std::mutex> {
+ private:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    if (!takesALine()) {
+      ++lost_;
+      return;
+    }
+    if (lost_ > 0) put(fmt::format("({} lines of the log were lost: nobody read it)\n", lost_));
+    lost_ = 0;
+    spdlog::memory_buf_t line;
+    formatter_->format(message, line);
+    put({line.data(), line.size()});
+  }
+
+  void flush_() override {}
+
+  /// A pipe that does has room for PIPE_BUF bytes.
+  bool takesALine() {
+    constexpr int kPatience = 100;  // ms, once for each time that it gets stuck
+    pollfd stream{STDERR_FILENO, POLLOUT, 0};
+    stuck_ = ::poll(&stream, 1, stuck_ ? 0 : kPatience) == 0;
+    return !stuck_;
+  }
+
+  static void put(std::string_view line) {
+    constexpr std::string_view kCut = "...\n";
+    std::string text(line);
+    if (text.size() > PIPE_BUF) text.replace(PIPE_BUF - kCut.size(), std::string::npos, kCut);
+    [[maybe_unused]] const ssize_t ignored = ::write(STDERR_FILENO, text.data(), text.size());
+  }
+
+  bool stuck_ = false;
+  std::size_t lost_ = 0;
+};
 
 /// As syslog counts.
 int priorityOf(spdlog::level::level_enum level) {
@@ -71,12 +110,12 @@ class JournalSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex>
     stderr_.set_formatter(std::move(formatter));
   }
 
-  spdlog::sinks::stderr_sink_mt stderr_;
+  StandardErrorSink stderr_;
 };
 
 const spdlog::sink_ptr& theSink() {
   static const spdlog::sink_ptr sink = [] {
-    spdlog::sink_ptr made = std::make_shared<spdlog::sinks::stderr_sink_mt>();
+    spdlog::sink_ptr made = std::make_shared<StandardErrorSink>();
     if (standardErrorIsJournal()) made = std::make_shared<JournalSink>();
     made->set_formatter(lineFormatter());
     return made;

@@ -126,10 +126,10 @@ struct CellService::Cells : ServedCells {
 };
 
 CellService::CellService(std::filesystem::path root, std::vector<std::string> cells,
-                         std::filesystem::path cache_folder, ResourceCache::Progress progress,
+                         const CacheFolder& cache_folder, ResourceCache::Progress progress,
                          bool force, const Deadline& deadline)
     : root_(std::move(root)),
-      cache_folder_(std::move(cache_folder)),
+      cache_folder_(cache_folder),
       names_(std::move(cells)),
       progress_(std::move(progress)),
       cache_(cache_folder_, progress_, force) {
@@ -217,9 +217,11 @@ void CellService::prepareAll(const Deadline& deadline) {
   for (const Loaded& loaded : current()->all) prepareCell(loaded, deadline);
 }
 
-void CellService::prepare(const ServedCells& cells, const PlanRequest& request,
-                          const Deadline& deadline) {
+std::uint64_t CellService::prepare(const ServedCells& cells, const PlanRequest& request,
+                                   const Deadline& deadline) {
+  const std::uint64_t before = cache_folder_.writtenBytes();
   (void)problemOf(static_cast<const Cells&>(cells), request, deadline, Missing::kMake);
+  return cache_folder_.writtenBytes() - before;
 }
 
 std::vector<RobotResources> CellService::resources(const Scene& scene, const std::string& object,

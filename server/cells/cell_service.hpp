@@ -25,14 +25,14 @@ class CellService : public PlanService {
   /// Loads every cell (names under <root>/config/cells or files). @throws FileError;
   /// std::runtime_error past the deadline.
   CellService(std::filesystem::path root, std::vector<std::string> cells,
-              std::filesystem::path cache_folder, ResourceCache::Progress progress, bool force,
+              const CacheFolder& cache_folder, ResourceCache::Progress progress, bool force,
               const Deadline& deadline = {});
 
   std::shared_ptr<const ServedCells> served() const override;
   void reload(const Deadline& deadline) override;
   bool prepareNext(const Deadline& deadline) override;
-  void prepare(const ServedCells& cells, const PlanRequest& request,
-               const Deadline& deadline) override;
+  std::uint64_t prepare(const ServedCells& cells, const PlanRequest& request,
+                        const Deadline& deadline) override;
   std::optional<Outcome> plan(const ServedCells& cells, const PlanRequest& request,
                               PlanEventSink& sink, const Deadline& deadline,
                               const OthersWait& others_wait) override;
@@ -89,7 +89,8 @@ class CellService : public PlanService {
                      const TransportProblem& problem, const Deadline& deadline,
                      const OthersWait& others_wait, std::uint64_t most_work, Failed& failed);
 
-  const std::filesystem::path root_, cache_folder_;
+  const std::filesystem::path root_;
+  const CacheFolder cache_folder_;
   const std::vector<std::string> names_;
   const ResourceCache::Progress progress_;
   ResourceCache cache_;

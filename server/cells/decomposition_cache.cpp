@@ -38,8 +38,10 @@ TriangleMesh boxOf(const TriangleMesh& mesh) {
 }  // namespace
 
 struct DecompositionCache::Data {
-  std::filesystem::path folder;
-  bool force;
+  explicit Data(CacheFolder cache) : folder(std::move(cache)) {}
+
+  CacheFolder folder;
+  bool force = false;
   Progress progress;
   Deadline until;
   std::atomic<bool> looking = false;
@@ -50,21 +52,22 @@ struct DecompositionCache::Data {
   std::map<std::uint64_t, Result<Parts>> in_memory HANDOVER_GUARDED_BY(mutex);
 
   std::filesystem::path fileOf(std::uint64_t hash) const {
-    return folder / fmt::format("{:016x}.parts", hash);
+    return folder.path() / "parts" / fmt::format("{:016x}.parts", hash);
   }
-
-  bool keeps() const { return !folder.empty(); }
 
   /// nullopt where there are none that count.
   std::optional<Result<Parts>> kept(std::uint64_t hash) {
     {
       const MutexLock lock(mutex);
       if (const auto found = in_memory.find(hash); found != in_memory.end()) return found->second;
-      if (!keeps()) return std::nullopt;
+      if (!folder.keeps()) return std::nullopt;
       if (force && !made.contains(hash)) return std::nullopt;
     }
     auto known = readPartsFile(fileOf(hash), hash);
-    if (known) return Result<Parts>(std::move(*known));
+    if (known) {
+      folder.used(fileOf(hash));
+      return Result<Parts>(std::move(*known));
+    }
     if (known.error().code != ErrorCode::kNotFound) {
       logger("parts")->warn("{}; it is made again", known.error().detail);
     }
@@ -94,10 +97,11 @@ struct DecompositionCache::Data {
 
   void keep(const Result<Parts>& parts, std::uint64_t hash) {
     bool written = false;
-    if (parts && keeps()) {
+    if (parts && folder.keeps()) {
       const auto file = writePartsFile(*parts, hash, fileOf(hash));
       if (!file) logger("parts")->warn("{}; the parts are not kept", file.error().detail);
       written = file.has_value();
+      if (written) folder.written(fileOf(hash));
     }
     const MutexLock lock(mutex);
     if (parts) made.insert(hash);
@@ -107,10 +111,9 @@ struct DecompositionCache::Data {
   }
 };
 
-DecompositionCache::DecompositionCache(const std::filesystem::path& folder, bool force,
-                                       Progress progress, const Deadline& until)
-    : data_(std::make_shared<Data>()) {
-  if (!folder.empty()) data_->folder = folder / "parts";
+DecompositionCache::DecompositionCache(const CacheFolder& folder, bool force, Progress progress,
+                                       const Deadline& until)
+    : data_(std::make_shared<Data>(folder)) {
   data_->force = force;
   data_->progress = std::move(progress);
   data_->until = until;

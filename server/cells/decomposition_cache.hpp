@@ -2,11 +2,11 @@
 // Convex parts of meshes, kept in the cache folder.
 #pragma once
 
+#include "cells/cache_folder.hpp"
 #include "core/decomposition/convex_decomposition.hpp"
 
 #include <handover/common/deadline.hpp>
 
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -22,9 +22,10 @@ class DecompositionCache {
   /// What is being done ("dividing meshes: 12 of 55") and the share of it that is.
   using Progress = std::function<void(const std::string& what, double fraction)>;
 
-  /// `force`: make everything anew, whatever the folder holds, but each mesh once. An empty folder
-  /// name: nothing is kept on disk. `until`: what the call without a deadline is given up at.
-  DecompositionCache(const std::filesystem::path& folder, bool force, Progress progress = {},
+  /// `force`: make everything anew, whatever the folder holds, but each mesh once. A folder
+  /// that keeps nothing: nothing is kept on disk. `until`: what the call without a deadline is
+  /// given up at.
+  DecompositionCache(const CacheFolder& folder, bool force, Progress progress = {},
                      const Deadline& until = {});
   ~DecompositionCache();
 

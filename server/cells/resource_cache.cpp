@@ -5,6 +5,7 @@
 
 #include <handover/common/log.hpp>
 
+#include <algorithm>
 #include <cstdio>
 #include <deque>
 #include <stdexcept>
@@ -47,6 +48,12 @@ GraspParams graspParams(const SceneObject& object, const SceneRobot& robot, cons
   return params;
 }
 
+/// For logs: object, robot and hand.
+std::string nameOf(const SceneObject& object, const SceneRobot& robot, ArmId arm) {
+  const std::string& hand = robot.model->hands[robot.model->arms[arm].hand].name;
+  return object.name + " " + robot.model->name + "/" + hand;
+}
+
 /// A set that is short of grasps, and one that has none, are said.
 void tellOf(const GraspSet& set, const std::string& name, int wanted) {
   const auto log = logger("grasps");
@@ -57,14 +64,19 @@ void tellOf(const GraspSet& set, const std::string& name, int wanted) {
   }
 }
 
-/// Products kept in memory of each sort, and how often one who waits for another's looks at its
-/// deadline.
-constexpr std::size_t kKept = 256;
+/// How often one who waits for another's product looks at its deadline.
 constexpr std::chrono::milliseconds kDeadlineCheck{20};
+
+/// How often the folder is told that a product in memory is used: its files shall not seem old.
+constexpr std::chrono::hours kTellUse{1};
+
+void tellNotKept(const char* module, const std::string& what, const std::string& why) {
+  logger(module)->warn("{}: {}; used from memory only", what, why);
+}
 
 }  // namespace
 
-ResourceCache::ResourceCache(std::filesystem::path folder, Progress progress, bool force)
+ResourceCache::ResourceCache(CacheFolder folder, Progress progress, bool force)
     : folder_(std::move(folder)), progress_(std::move(progress)), force_(force) {}
 
 std::shared_ptr<const ArmKinematics> ResourceCache::kinematics(
@@ -78,14 +90,24 @@ std::shared_ptr<const ArmKinematics> ResourceCache::kinematics(
   return entry.kinematics;
 }
 
+template <typename Product>
+const std::shared_ptr<const Product>& ResourceCache::use(Kept<Product>& kept) {
+  kept.used = Clock::now();
+  if (kept.used - kept.told >= kTellUse) {
+    kept.told = kept.used;
+    for (const auto& file : kept.files) folder_.used(file);
+  }
+  return kept.product;
+}
+
 template <typename Product, typename Make>
 std::shared_ptr<const Product> ResourceCache::get(Shelf<Product>& shelf, std::uint64_t hash,
                                                   const Deadline& deadline, Missing missing,
                                                   Make make) {
   MutexLock lock(mutex_);
   while (true) {
-    if (const auto known = shelf.products.find(hash); known != shelf.products.end()) {
-      return known->second;
+    if (const auto known = shelf.kept.find(hash); known != shelf.kept.end()) {
+      return use(known->second);
     }
     if (missing == Missing::kThrow) throw NotPrepared("not in memory");
     if (!shelf.in_progress.contains(hash)) break;
@@ -94,24 +116,23 @@ std::shared_ptr<const Product> ResourceCache::get(Shelf<Product>& shelf, std::ui
   }
   shelf.in_progress.insert(hash);
   lock.unlock();
-  std::shared_ptr<const Product> product;
+  Kept<Product> kept;
   std::exception_ptr failure;
   try {
-    product = make();
+    kept = make();
   } catch (...) {
     failure = std::current_exception();
   }
   lock.lock();
   shelf.in_progress.erase(hash);
-  if (!failure) {
-    // Requests that change robots or objects bring products of their own; the folder keeps them
-    // all.
-    if (shelf.products.size() >= kKept) shelf.products.clear();
-    shelf.products[hash] = product;
-  }
   made_.notify_all();
   if (failure) std::rethrow_exception(failure);
-  return product;
+  if (shelf.kept.size() >= shelf.most) {
+    shelf.kept.erase(std::min_element(
+        shelf.kept.begin(), shelf.kept.end(),
+        [](const auto& a, const auto& b) { return a.second.used < b.second.used; }));
+  }
+  return use(shelf.kept[hash] = std::move(kept));
 }
 
 std::shared_ptr<const ReachabilityMap> ResourceCache::map(const SceneRobot& robot, ArmId arm,
@@ -122,10 +143,11 @@ std::shared_ptr<const ReachabilityMap> ResourceCache::map(const SceneRobot& robo
       ReachabilityMap::hash(*robot.model, ArmId(0), robot.q_start, ReachabilityParams{});
   const auto maps = get(maps_, hash, deadline, missing, [&] {
     const std::vector<MapFile> files = mapFiles(robot);
-    if (auto kept = force_ ? nullptr : readMaps(files)) return kept;
-    makeMaps(robot, files, deadline);
-    if (auto made = readMaps(files)) return made;
-    throw std::runtime_error("maps of " + robot.model->name + ": gone as soon as made");
+    Kept<RobotMaps> kept;
+    for (const MapFile& file : files) kept.files.push_back(file.path);
+    if (!force_) kept.product = readMaps(files);
+    if (!kept.product) kept.product = makeMaps(robot, files, deadline);
+    return kept;
   });
   return maps->at(arm);
 }
@@ -135,9 +157,9 @@ std::vector<ResourceCache::MapFile> ResourceCache::mapFiles(const SceneRobot& ro
   for (const Arm& arm : robot.model->arms) {
     const std::uint64_t hash = ReachabilityMap::hash(*robot.model, ArmId(files.size()),
                                                      robot.q_start, ReachabilityParams{});
-    files.push_back(
-        {folder_ / "maps" / (robot.model->name + "-" + arm.name + "-" + hexText(hash) + ".map"),
-         hash});
+    files.push_back({folder_.path() / "maps" /
+                         (robot.model->name + "-" + arm.name + "-" + hexText(hash) + ".map"),
+                     hash});
   }
   return files;
 }
@@ -158,8 +180,8 @@ std::shared_ptr<const ResourceCache::RobotMaps> ResourceCache::readMaps(
   return maps;
 }
 
-void ResourceCache::makeMaps(const SceneRobot& robot, const std::vector<MapFile>& files,
-                             const Deadline& deadline) {
+std::shared_ptr<const ResourceCache::RobotMaps> ResourceCache::makeMaps(
+    const SceneRobot& robot, const std::vector<MapFile>& files, const Deadline& deadline) {
   const RobotModel& model = *robot.model;
   std::vector<std::filesystem::path> paths;
   std::deque<ArmSelfCollision> arms;
@@ -176,9 +198,18 @@ void ResourceCache::makeMaps(const SceneRobot& robot, const std::vector<MapFile>
       },
       deadline);
   if (!reports) throw std::runtime_error("maps of " + model.name + ": " + reports.error().detail);
+  auto maps = std::make_shared<RobotMaps>();
   for (std::size_t arm = 0; arm < reports->size(); ++arm) {
-    logger("maps")->info("{}", lineOf(model, arm, (*reports)[arm]));
+    const MapReport& report = (*reports)[arm];
+    logger("maps")->info("{}", lineOf(model, arm, report));
+    if (report.not_kept.empty()) {
+      folder_.written(files[arm].path);
+    } else {
+      tellNotKept("maps", model.name, report.not_kept);
+    }
+    maps->push_back(report.map);
   }
+  return maps;
 }
 
 std::shared_ptr<const GraspSet> ResourceCache::grasps(const SceneObject& object,
@@ -188,44 +219,48 @@ std::shared_ptr<const GraspSet> ResourceCache::grasps(const SceneObject& object,
   if (!hand.valid()) return nullptr;
   const GraspParams params = graspParams(object, robot, robot.model->hands[hand]);
   const std::uint64_t hash = graspSetHash(object, *robot.model, arm, params);
-  return get(grasps_, hash, deadline, missing,
-             [&] { return makeGrasps(object, robot, arm, hash, deadline); });
+  return get(grasps_, hash, deadline, missing, [&] {
+    const auto file = graspFile(object, robot, arm, hash);
+    auto set = std::make_shared<const GraspSet>(
+        readOrMakeGrasps(object, robot, arm, hash, file, deadline));
+    tellOf(*set, nameOf(object, robot, arm), params.wanted);
+    return Kept<GraspSet>{std::move(set), {file}};
+  });
 }
 
-std::shared_ptr<const GraspSet> ResourceCache::makeGrasps(const SceneObject& object,
-                                                          const SceneRobot& robot, ArmId arm,
-                                                          std::uint64_t hash,
-                                                          const Deadline& deadline) {
-  const Hand& hand = robot.model->hands[robot.model->arms[arm].hand];
-  const GraspParams params = graspParams(object, robot, hand);
-  const std::string name = object.name + " " + robot.model->name + "/" + hand.name;
-  const auto file =
-      folder_ / "grasps" /
-      (object.name + "-" + robot.model->name + "-" + hand.name + "-" + hexText(hash) + ".json");
-  auto log = logger("grasps");
+std::filesystem::path ResourceCache::graspFile(const SceneObject& object, const SceneRobot& robot,
+                                               ArmId arm, std::uint64_t hash) const {
+  const std::string& hand = robot.model->hands[robot.model->arms[arm].hand].name;
+  return folder_.path() / "grasps" /
+         (object.name + "-" + robot.model->name + "-" + hand + "-" + hexText(hash) + ".json");
+}
+
+GraspSet ResourceCache::readOrMakeGrasps(const SceneObject& object, const SceneRobot& robot,
+                                         ArmId arm, std::uint64_t hash,
+                                         const std::filesystem::path& file,
+                                         const Deadline& deadline) {
   if (!force_) {
     auto set = readGraspSet(file, hash);
-    if (set) {
-      tellOf(*set, name, params.wanted);
-      return std::make_shared<const GraspSet>(std::move(*set));
-    }
+    if (set) return std::move(*set);
     if (set.error().code != ErrorCode::kNotFound) {
-      log->warn("{}; rebuilding", set.error().detail);
+      logger("grasps")->warn("{}; rebuilding", set.error().detail);
     }
   }
-  std::filesystem::create_directories(file.parent_path());
+  const std::string name = nameOf(object, robot, arm);
+  const Hand& hand = robot.model->hands[robot.model->arms[arm].hand];
   auto set = generateGrasps(
-      object, *robot.model, arm, params,
+      object, *robot.model, arm, graspParams(object, robot, hand),
       [&](double fraction) {
         if (progress_) progress_("grasps " + name, fraction);
       },
       deadline);
   if (!set) throw std::runtime_error("grasps of " + name + ": " + set.error().detail);
-  if (const auto written = writeGraspSet(*set, hash, file); !written) {
-    throw std::runtime_error("grasps of " + name + ": " + written.error().detail);
+  if (const auto written = writeGraspSet(*set, hash, file)) {
+    folder_.written(file);
+  } else {
+    tellNotKept("grasps", name, written.error().detail);
   }
-  tellOf(*set, name, params.wanted);
-  return std::make_shared<const GraspSet>(std::move(*set));
+  return std::move(*set);
 }
 
 }  // namespace handover

@@ -2,6 +2,7 @@
 // Maps, grasp sets and arm kinematics: read from the cache folder or made.
 #pragma once
 
+#include "cells/cache_folder.hpp"
 #include "core/planning/transport_problem.hpp"
 
 #include <handover/common/deadline.hpp>
@@ -36,7 +37,7 @@ class ResourceCache {
   using Progress = std::function<void(const std::string& what, double fraction)>;
 
   /// `force`: make everything anew, whatever the cache holds.
-  ResourceCache(std::filesystem::path folder, Progress progress, bool force);
+  ResourceCache(CacheFolder folder, Progress progress, bool force);
 
   /// @throws std::runtime_error with the reason when the map can neither be read nor made.
   std::shared_ptr<const ReachabilityMap> map(const SceneRobot& robot, ArmId arm,
@@ -49,15 +50,30 @@ class ResourceCache {
                                                   ArmId arm);
 
  private:
+  using Clock = Deadline::Clock;
+
+  /// What is in memory, with its files where it has any.
+  template <typename Product>
+  struct Kept {
+    std::shared_ptr<const Product> product;
+    std::vector<std::filesystem::path> files;
+    Clock::time_point used{};  ///< last
+    Clock::time_point told{};  ///< when the files were last told to be in use
+  };
+
   template <typename Product>
   struct Shelf {
-    std::map<std::uint64_t, std::shared_ptr<const Product>> products;  ///< by hash
+    std::size_t most;                             ///< products; the one unused the longest goes
+    std::map<std::uint64_t, Kept<Product>> kept;  ///< by hash
     std::set<std::uint64_t> in_progress;
   };
 
+  /// @param make  reads or makes the product: a Kept<Product>
   template <typename Product, typename Make>
   std::shared_ptr<const Product> get(Shelf<Product>& shelf, std::uint64_t hash,
                                      const Deadline& deadline, Missing missing, Make make);
+  template <typename Product>
+  const std::shared_ptr<const Product>& use(Kept<Product>& kept);
   /// The maps of a robot's arms, made together.
   using RobotMaps = std::vector<std::shared_ptr<const ReachabilityMap>>;
 
@@ -74,20 +90,23 @@ class ResourceCache {
   std::vector<MapFile> mapFiles(const SceneRobot& robot) const;
   /// nullptr when one of them is missing or does not fit.
   static std::shared_ptr<const RobotMaps> readMaps(const std::vector<MapFile>& files);
-  void makeMaps(const SceneRobot& robot, const std::vector<MapFile>& files,
-                const Deadline& deadline);
-  std::shared_ptr<const GraspSet> makeGrasps(const SceneObject& object, const SceneRobot& robot,
-                                             ArmId arm, std::uint64_t hash,
-                                             const Deadline& deadline);
+  std::shared_ptr<const RobotMaps> makeMaps(const SceneRobot& robot,
+                                            const std::vector<MapFile>& files,
+                                            const Deadline& deadline);
+  std::filesystem::path graspFile(const SceneObject& object, const SceneRobot& robot, ArmId arm,
+                                  std::uint64_t hash) const;
+  GraspSet readOrMakeGrasps(const SceneObject& object, const SceneRobot& robot, ArmId arm,
+                            std::uint64_t hash, const std::filesystem::path& file,
+                            const Deadline& deadline);
 
-  std::filesystem::path folder_;
+  const CacheFolder folder_;
   Progress progress_;
   bool force_;
   Mutex mutex_;
   Condition made_;
   // Shelves are guarded too; clang does not follow them into get().
-  Shelf<RobotMaps> maps_;
-  Shelf<GraspSet> grasps_;
+  Shelf<RobotMaps> maps_{64, {}, {}};    // some MB each
+  Shelf<GraspSet> grasps_{256, {}, {}};  // some 100 KB each
   std::map<std::pair<const RobotModel*, ArmId>, ModelKinematics> kinematics_
       HANDOVER_GUARDED_BY(mutex_);
 };

@@ -7,7 +7,7 @@ namespace handover {
 namespace {
 
 constexpr std::chrono::hours kHour{1};
-constexpr double kMegabyte = 1e6;
+constexpr double kMebibyte = 1 << 20;
 
 }  // namespace
 
@@ -29,10 +29,10 @@ std::string ClientAccounts::refusal(const std::string& client, Clock::time_point
   }
   if (limits_.cache_bytes > 0 && use.cache_bytes >= limits_.cache_bytes) {
     return fmt::format(
-        "the client had {:.0f} MB of maps, grasp sets and parts made within an hour; its limit is "
-        "{:.0f} MB",
-        static_cast<double>(use.cache_bytes) / kMegabyte,
-        static_cast<double>(limits_.cache_bytes) / kMegabyte);
+        "the client had {:.0f} MiB of maps, grasp sets and parts made within an hour; its limit is "
+        "{:.0f} MiB",
+        static_cast<double>(use.cache_bytes) / kMebibyte,
+        static_cast<double>(limits_.cache_bytes) / kMebibyte);
   }
   return "";
 }

@@ -8,6 +8,7 @@
 #include <handover/common/plan_event.hpp>
 #include <handover/common/status.hpp>
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -49,9 +50,10 @@ class PlanService {
   virtual bool prepareNext(const Deadline& deadline) = 0;
 
   /// Makes what a request needs whose cell is not prepared, or that changes robots or objects.
+  /// @return bytes that it added to the cache on disk.
   /// @throws std::exception with the reason when it cannot.
-  virtual void prepare(const ServedCells& cells, const PlanRequest& request,
-                       const Deadline& deadline) = 0;
+  virtual std::uint64_t prepare(const ServedCells& cells, const PlanRequest& request,
+                                const Deadline& deadline) = 0;
 
   /// Answers a request whose fields were validated and whose cell is one of `cells`: checks names,
   /// task, overrides and the expected revision (Rejected with every fault), plans, emits events to

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/runtime.hpp"
 
+#include "runtime/memory.hpp"
 #include "runtime/request_log.hpp"
 #include "runtime/thread_name.hpp"
 
 #include <handover/common/check.hpp>
 #include <handover/common/log.hpp>
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
-#include <fstream>
 #include <optional>
 
 namespace handover {
@@ -22,20 +20,15 @@ using namespace std::chrono_literals;
 /// What a request needs can be pushed out of the cache by others before its turn comes.
 constexpr int kMostPreparations = 3;
 
+/// Memory is given back this long after the last time, at the first quiet moment.
+constexpr auto kTrimPeriod = 5s;
+
 Failed failed(FailureReason reason, std::string filter, const std::string& text) {
   Failed outcome;
   outcome.reason = reason;
   outcome.explanation.filter = std::move(filter);
   outcome.explanation.text = text.substr(0, bounds::kText);
   return outcome;
-}
-
-/// Memory that this process has resident; 0 where the system does not say.
-std::uint64_t residentBytes() {
-  std::ifstream statm("/proc/self/statm");
-  std::uint64_t size = 0, resident = 0;
-  statm >> size >> resident;
-  return statm ? resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) : 0;
 }
 
 }  // namespace
@@ -413,11 +406,12 @@ Runtime::StreamPtr Runtime::nextUnprepared(bool& stop) {
 /// Makes what a request lacks and queues it again, before those that came after it.
 void Runtime::prepareRequest(const StreamPtr& stream) {
   std::optional<Outcome> failure;
+  std::uint64_t cache_bytes = 0;
   ++stream->prepared;
   const double began_s = stream->elapsed();
   logger("runtime")->debug("request {}: what it lacks is made", stream->request.id.hex());
   try {
-    service_.prepare(*stream->cells, stream->request, stream->deadline);
+    cache_bytes = service_.prepare(*stream->cells, stream->request, stream->deadline);
   } catch (const std::exception& error) {
     if (!stream->deadline.over())
       failure = failed(FailureReason::kInternal, "prepare", error.what());
@@ -430,7 +424,7 @@ void Runtime::prepareRequest(const StreamPtr& stream) {
     const MutexLock lock(mutex_);
     --being_prepared_;
     unprepared_.finished(stream->request.client_id, took_s);
-    accounts_.charge(stream->request.client_id, took_s, 0, Clock::now());
+    accounts_.charge(stream->request.client_id, took_s, cache_bytes, Clock::now());
     changed_ = true;
     if (!failure && stopping_) failure = Cancelled{CancelCause::kDaemonStopping};
     if (!failure && stream->deadline.state() == Deadline::State::kPassed) {
@@ -524,11 +518,21 @@ void Runtime::workerLoop(int index) noexcept {
   }
 }
 
+bool Runtime::isQuiet() const {
+  const MutexLock lock(mutex_);
+  return open_.empty();
+}
+
 void Runtime::statusLoop() noexcept {
   nameThread("status");
+  auto trimmed_at = Clock::now();
   while (true) {
     expireQueued();
     publishStatus();
+    if (Clock::now() - trimmed_at >= kTrimPeriod && isQuiet()) {
+      giveUnusedMemoryBack();
+      trimmed_at = Clock::now();
+    }
     MutexLock lock(mutex_);
     if (stopping_) return;
     // At most 20 reports a second, at least one; queued deadlines in time.

@@ -83,6 +83,7 @@ class Runtime : public RequestHandler {
   static void send(Stream& stream, Outcome outcome);
   std::optional<Outcome> answer(Stream& stream);
   bool othersWait() const;
+  bool isQuiet() const;
   /// Next for the preparing thread: nullptr and `stop` false: a cell.
   StreamPtr nextUnprepared(bool& stop);
   void prepareRequest(const StreamPtr& stream);

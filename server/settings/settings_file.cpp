@@ -35,7 +35,7 @@ void readLimits(const YamlValue& value, DaemonLimits& limits) {
   readCount(*map, "queue", 1, limits.queue);
   readCount(*map, "client_queue", 1, limits.client_queue);
   readSeconds(*map, "client_cpu_s", limits.client_cpu_s);
-  readCount(*map, "client_cache_mb", 0, limits.client_cache_mb);
+  readCount(*map, "client_cache_mib", 0, limits.client_cache_mib);
   readSeconds(*map, "deadline_s", limits.deadline_s);
   map->finish();
 }
@@ -73,6 +73,7 @@ DaemonSettings readDaemonSettings(const std::filesystem::path& file) {
   if (const YamlValue* cache = map->find("cache"); cache != nullptr && !cache->isEmpty()) {
     settings.cache = cache->text().value_or("");
   }
+  readCount(*map, "cache_mib", 1, settings.cache_mib);
   if (const YamlValue* limits = map->find("limits")) readLimits(*limits, settings.limits);
   if (const YamlValue* level = map->find("log_level")) {
     settings.log_level = level->oneOf({"trace", "debug", "info", "warn", "error", "off"})

@@ -25,7 +25,9 @@ class ScriptedService : public PlanService {
 
   bool prepareNext(const Deadline&) override { return false; }
 
-  void prepare(const ServedCells&, const PlanRequest&, const Deadline&) override {}
+  std::uint64_t prepare(const ServedCells&, const PlanRequest&, const Deadline&) override {
+    return 0;
+  }
 
   std::optional<Outcome> plan(const ServedCells&, const PlanRequest& request, PlanEventSink& sink,
                               const Deadline& deadline, const OthersWait&) override {

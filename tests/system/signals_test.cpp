@@ -85,6 +85,14 @@ TEST_F(ScriptedSignals, AReaderOfTheLogThatIsGoneHarmsNobody) {
   expectOrderlyStop();
 }
 
+TEST_F(ScriptedSignals, AReaderOfTheLogThatSleepsHoldsUpNobody) {
+  // A line and its faults for each; a pipe takes 64 KiB.
+  const std::string ask = kBin + "handoverctl experiment script --runs 500 --jobs 16 --task answer";
+  EXPECT_EQ(run(words(ask + at_domain), {}, 120s).status, 0);
+  EXPECT_EQ(run(ctl("plan --cell script --task answer")).status, 0);
+  expectOrderlyStop();
+}
+
 TEST_F(ScriptedSignals, AStopIsBoundedWhateverHangs) {
   Process plan(ctl("plan --cell script --task stuck --wait 2"));
   ASSERT_TRUE(plan.waitForOutput("arms"));

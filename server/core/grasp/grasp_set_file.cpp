@@ -2,14 +2,15 @@
 #include "core/grasp/grasp_set.hpp"
 #include "core/model_io/file_text.hpp"
 
+#include <handover/common/atomic_file.hpp>
+
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 #include <xxhash.h>
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <memory>
+#include <span>
 #include <stdexcept>
 
 namespace handover {
@@ -337,26 +338,8 @@ Result<void> writeGraspSet(const GraspSet& set, std::uint64_t hash,
                 {"object", set.object},       {"robot", set.robot}, {"hand", set.hand},
                 {"grasps", std::move(grasps)}};
   if (set.grasps.empty()) whole["none_because"] = set.none_because;
-  std::filesystem::path temporary = file;
-  temporary += ".tmp" + std::to_string(::getpid());
-  std::error_code failed;
-  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), failed);
-  {
-    std::ofstream stream(temporary, std::ios::binary | std::ios::trunc);
-    stream << whole.dump() << '\n';
-    stream.flush();
-    if (!stream) {
-      std::filesystem::remove(temporary, failed);
-      return {ErrorCode::kIo, temporary.string() + ": cannot be written"};
-    }
-  }
-  std::filesystem::rename(temporary, file, failed);
-  if (failed) {
-    const std::string why = failed.message();
-    std::filesystem::remove(temporary, failed);
-    return {ErrorCode::kIo, file.string() + ": " + why};
-  }
-  return {};
+  const std::string text = whole.dump() + "\n";
+  return writeFileAtomically(file, std::as_bytes(std::span(text)));
 }
 
 Result<GraspSet> readGraspSet(const std::filesystem::path& file, std::uint64_t expected_hash) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/reachability/map_sampler.hpp"
 
+#include <handover/common/atomic_file.hpp>
+
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -66,9 +68,12 @@ Result<std::vector<MapReport>> ReachabilityMap::build(
     header.first = contents.first;
     header.size = contents.size;
     header.dofs = static_cast<std::uint32_t>(model.arms[arm].joints.size());
-    const auto written =
-        reachability::writeMapFile(files[arm], header, contents.index, contents.voxels);
-    if (!written) return written.error();
+    auto bytes = reachability::mapFileBytes(header, contents.index, contents.voxels);
+    const auto written = writeFileAtomically(files[arm], bytes);
+    if (!written) reports.back().not_kept = written.error().detail;
+    const auto map = of(std::move(bytes), header.hash);
+    if (!map) return map.error();
+    reports.back().map = *map;
   }
   if (progress) progress(1);
   return reports;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/reachability/map_file.hpp"
 
-#include <handover/common/atomic_file.hpp>
 #include <handover/common/descriptor.hpp>
 
 #include <fcntl.h>
@@ -27,25 +26,6 @@ std::uint64_t checksum(std::span<const std::byte> file) {
   return XXH3_64bits(file.data() + kBegin, file.size() - kBegin);
 }
 
-std::vector<std::byte> assemble(FileHeader header, std::span<const std::int32_t> index,
-                                std::span<const ReachabilityVoxel> voxels) {
-  const FileLayout layout = layoutOf(index.size(), voxels.size());
-  header.header_size = sizeof(FileHeader);
-  header.filled = voxels.size();
-  header.file_size = layout.end;
-  std::vector<std::byte> bytes(layout.end);
-  std::memcpy(bytes.data(), &header, sizeof(header));
-  if (!index.empty()) {
-    std::memcpy(bytes.data() + layout.index_begin, index.data(), index.size_bytes());
-  }
-  if (!voxels.empty()) {
-    std::memcpy(bytes.data() + layout.voxels_begin, voxels.data(), voxels.size_bytes());
-  }
-  header.checksum = checksum(bytes);
-  std::memcpy(bytes.data(), &header, sizeof(header));
-  return bytes;
-}
-
 Error invalid(const std::string& what) { return {ErrorCode::kInvalidInput, what}; }
 
 bool plausible(const ReachabilityVoxel& voxel) {
@@ -68,10 +48,23 @@ FileLayout layoutOf(std::uint64_t cells, std::uint64_t filled) {
   return layout;
 }
 
-Result<void> writeMapFile(const fs::path& file, FileHeader header,
-                          std::span<const std::int32_t> index,
-                          std::span<const ReachabilityVoxel> voxels) {
-  return writeFileAtomically(file, assemble(header, index, voxels));
+std::vector<std::byte> mapFileBytes(FileHeader header, std::span<const std::int32_t> index,
+                                    std::span<const ReachabilityVoxel> voxels) {
+  const FileLayout layout = layoutOf(index.size(), voxels.size());
+  header.header_size = sizeof(FileHeader);
+  header.filled = voxels.size();
+  header.file_size = layout.end;
+  std::vector<std::byte> bytes(layout.end);
+  std::memcpy(bytes.data(), &header, sizeof(header));
+  if (!index.empty()) {
+    std::memcpy(bytes.data() + layout.index_begin, index.data(), index.size_bytes());
+  }
+  if (!voxels.empty()) {
+    std::memcpy(bytes.data() + layout.voxels_begin, voxels.data(), voxels.size_bytes());
+  }
+  header.checksum = checksum(bytes);
+  std::memcpy(bytes.data(), &header, sizeof(header));
+  return bytes;
 }
 
 Result<std::vector<std::byte>> readMapFile(const fs::path& file) {

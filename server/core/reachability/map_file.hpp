@@ -55,11 +55,9 @@ struct FileLayout {
 
 FileLayout layoutOf(std::uint64_t cells, std::uint64_t filled);
 
-/// Fills in the sizes and the checksum and writes the file: to a temporary name beside it, synced,
-/// renamed.
-Result<void> writeMapFile(const std::filesystem::path& file, FileHeader header,
-                          std::span<const std::int32_t> index,
-                          std::span<const ReachabilityVoxel> voxels);
+/// The bytes of a file, with the header's sizes and checksum filled in.
+std::vector<std::byte> mapFileBytes(FileHeader header, std::span<const std::int32_t> index,
+                                    std::span<const ReachabilityVoxel> voxels);
 
 /// The bytes of a whole plain file. kNotFound: there is none; kInvalidInput: not a plain file,
 /// shorter than a header or longer than any map; kIo: it cannot be read.

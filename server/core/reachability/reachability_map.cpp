@@ -31,20 +31,26 @@ ReachabilityMap::~ReachabilityMap() = default;
 
 Result<std::shared_ptr<const ReachabilityMap>> ReachabilityMap::open(
     const std::filesystem::path& file, std::uint64_t expected_hash) {
-  const std::shared_ptr<ReachabilityMap> map(new ReachabilityMap);
-  Data& data = *map->data_;
   auto read = reachability::readMapFile(file);
   if (!read) return read.error();
-  data.bytes = std::move(*read);
-  const std::vector<std::byte>& bytes = data.bytes;
+  auto map = of(std::move(*read), expected_hash);
+  if (!map) return Error{map.error().code, file.string() + ": " + map.error().detail};
+  return map;
+}
+
+Result<std::shared_ptr<const ReachabilityMap>> ReachabilityMap::of(std::vector<std::byte> bytes,
+                                                                   std::uint64_t expected_hash) {
   const auto header = reachability::checkMapFile(bytes, expected_hash);
-  if (!header) return Error{header.error().code, file.string() + ": " + header.error().detail};
+  if (!header) return header.error();
+  const std::shared_ptr<ReachabilityMap> map(new ReachabilityMap);
+  Data& data = *map->data_;
+  data.bytes = std::move(bytes);
   data.header = *header;
   const auto& size = data.header.size;
   const auto layout = reachability::layoutOf(
       std::uint64_t(size[0]) * std::uint64_t(size[1]) * std::uint64_t(size[2]), data.header.filled);
-  data.index = reinterpret_cast<const std::int32_t*>(bytes.data() + layout.index_begin);
-  data.voxels = reinterpret_cast<const ReachabilityVoxel*>(bytes.data() + layout.voxels_begin);
+  data.index = reinterpret_cast<const std::int32_t*>(data.bytes.data() + layout.index_begin);
+  data.voxels = reinterpret_cast<const ReachabilityVoxel*>(data.bytes.data() + layout.voxels_begin);
   return std::shared_ptr<const ReachabilityMap>(map);
 }
 

@@ -9,6 +9,7 @@
 #include <handover/common/result.hpp>
 
 #include <array>
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -16,6 +17,8 @@
 #include <vector>
 
 namespace handover {
+
+class ReachabilityMap;
 
 struct ReachabilityParams {
   double voxel = 0.05;                ///< edge [m]
@@ -34,6 +37,8 @@ struct MapReport {
   std::uint64_t accepted = 0;       ///< samples in voxels
   std::size_t near_ties = 0;        ///< voxels in which another arm is as good, within the errors
   std::size_t near_ties_short = 0;  ///< of them with fewer than tie_samples after all
+  std::shared_ptr<const ReachabilityMap> map;
+  std::string not_kept;  ///< why there is no file of it; empty: there is
 };
 
 /// One voxel: [i, i+1) x [j, j+1) x [k, k+1) edges in A. Directions: 64 bins of the approach axis
@@ -73,8 +78,9 @@ class ReachabilityMap {
   /// voxels have equal entries. Then voxels where two arms are about as good are sampled further
   /// (ReachabilityParams).
   /// @param self_collision  one per arm, or none.   @param files  one per arm.
-  /// @return per arm what was made; kInvalidInput for a voxel size or sample count without sense,
-  /// kCancelled, kDeadline or kIo; a file is then left as it was or is whole.
+  /// @return per arm what was made, in memory even where it could not be written; kInvalidInput for
+  /// a voxel size or sample count without sense, kCancelled or kDeadline. A file is left as it was
+  /// or is whole.
   /// @throws std::invalid_argument for another number of tests or files.
   static Result<std::vector<MapReport>> build(const RobotModel& model, const RobotVector& q_torso,
                                               const ReachabilityParams& params,
@@ -101,6 +107,9 @@ class ReachabilityMap {
 
  private:
   ReachabilityMap();
+  /// The bytes of a file; kInvalidInput as open().
+  static Result<std::shared_ptr<const ReachabilityMap>> of(std::vector<std::byte> bytes,
+                                                           std::uint64_t expected_hash);
   struct Data;
   std::unique_ptr<Data> data_;
 };

@@ -72,14 +72,14 @@ TEST(FairQueue, GivesOutWhatIsAskedFor) {
 }
 
 TEST(ClientAccounts, RefuseWhoUsedItsShareForAnHour) {
-  ClientAccounts accounts({.cpu_s = 10, .cache_bytes = 5'000'000});
+  ClientAccounts accounts({.cpu_s = 10, .cache_bytes = 5 << 20});
   const ClientAccounts::Clock::time_point start{};
   accounts.charge("a", 9, 0, start);
   EXPECT_EQ(accounts.refusal("a", start), "");
   accounts.charge("a", 1, 0, start);
   EXPECT_THAT(accounts.refusal("a", start), HasSubstr("10.0 s of planning"));
-  accounts.charge("b", 0, 5'000'000, start);
-  EXPECT_THAT(accounts.refusal("b", start), HasSubstr("5 MB of maps"));
+  accounts.charge("b", 0, 5 << 20, start);
+  EXPECT_THAT(accounts.refusal("b", start), HasSubstr("5 MiB of maps"));
   EXPECT_EQ(accounts.refusal("c", start), "");
   EXPECT_EQ(accounts.refusal("a", start + std::chrono::hours(1)), "");
   accounts.charge("a", 1, 0, start + std::chrono::hours(1));

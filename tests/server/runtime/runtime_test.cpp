@@ -38,10 +38,12 @@ class FakeService : public PlanService {
     return false;
   }
 
-  void prepare(const ServedCells&, const PlanRequest& request, const Deadline& deadline) override {
+  std::uint64_t prepare(const ServedCells&, const PlanRequest& request,
+                        const Deadline& deadline) override {
     if (request.task == "unmakable") throw std::runtime_error("no space for grasps");
     waitWhile(holding_prepare, deadline);
     if (request.task != "never made") made.insert(request.id);
+    return 1 << 20;
   }
 
   std::optional<Outcome> plan(const ServedCells& cells, const PlanRequest& request,
@@ -322,6 +324,16 @@ TEST_F(RuntimeTest, AClientsTimeIsLimitedAndItIsToldSo) {
   auto other = request();
   other.client_id = "other";
   EXPECT_TRUE(is<Done>(endpoint.outcome(send(other).id)));
+}
+
+TEST_F(RuntimeTest, WhatAClientHasMadeIsLimitedAndItIsToldSo) {
+  start({.client_limits = {.cache_bytes = 2 << 20}});
+  for (int i = 0; i < 2; ++i) {
+    auto needy = request();
+    needy.object = "new";
+    EXPECT_TRUE(is<Done>(endpoint.outcome(send(needy).id)));
+  }
+  EXPECT_THAT(busyText(send(request()).id), testing::HasSubstr("2 MiB of maps, grasp sets"));
 }
 
 TEST_F(RuntimeTest, RequestsWithoutADeadlineGetTheDaemons) {

@@ -49,8 +49,9 @@ TEST(DaemonSettings, AreReadFromTheFile) {
 
 TEST(DaemonSettings, LimitsAreReadFromTheFile) {
   const DaemonSettings settings = read(
-      "version: 1\nlimits: {queue: 9, client_queue: 3, client_cpu_s: 2.5, client_cache_mb: 7, "
-      "deadline_s: 60}\n");
+      "version: 1\nlimits: {queue: 9, client_queue: 3, client_cpu_s: 2.5, client_cache_mib: 7, "
+      "deadline_s: 60}\ncache_mib: 5\n");
+  EXPECT_EQ(settings.cache_mib, 5);
   EXPECT_EQ(settings.limits, (DaemonLimits{9, 3, 2.5, 7, 60}));
 }
 

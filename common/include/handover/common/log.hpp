@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // One logger per module tag, all writing to standard error: standard output belongs to answers.
+// Who logs never waits for a reader that does not read: lines are lost instead, and counted. Lines
+// have at most 4 KiB.
 // A line is UTC time, module, level and text, which is escaped wherever it comes from. Where
 // standard error is systemd's journal, lines go there as entries with fields instead, and need no
 // time.
