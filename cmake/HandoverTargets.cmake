@@ -17,6 +17,10 @@ if(HANDOVER_SANITIZE)
   target_link_options(handover_flags INTERFACE -fsanitize=${HANDOVER_SANITIZE})
 endif()
 
+if(HANDOVER_FUZZ)
+  target_compile_options(handover_flags INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
 add_library(handover_warnings INTERFACE)
 target_compile_options(handover_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
                                                    -Woverloaded-virtual -Wcast-qual)
