@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wire/entities.hpp"
 
+#include "wire/message_type.hpp"
+
 #include <handover/common/domain.hpp>
 #include <handover/common/log.hpp>
 
@@ -56,16 +58,16 @@ dds::TypeSupport makeType(TopicId id) {
   dds::TopicDataType* type = nullptr;
   switch (id) {
     case TopicId::kRequest:
-      type = new msg::HandoverRequestPubSubType;
+      type = new MessageType<msg::HandoverRequestPubSubType>;
       break;
     case TopicId::kCancel:
-      type = new msg::HandoverCancelPubSubType;
+      type = new MessageType<msg::HandoverCancelPubSubType>;
       break;
     case TopicId::kEvent:
-      type = new msg::PlanEventPubSubType;
+      type = new MessageType<msg::PlanEventPubSubType>;
       break;
     case TopicId::kStatus:
-      type = new msg::DaemonStatusPubSubType;
+      type = new MessageType<msg::DaemonStatusPubSubType>;
       break;
   }
   dds::TypeSupport support(type);

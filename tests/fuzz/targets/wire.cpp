@@ -3,6 +3,7 @@
 #include "support/sample_events.hpp"
 #include "target.hpp"
 #include "wire/codec.hpp"
+#include "wire/message_type.hpp"
 
 #include <fastdds/rtps/common/SerializedPayload.h>
 #include <handoverPubSubTypes.h>
@@ -27,7 +28,7 @@ std::string bytesOf(char topic, Message message) {
 /// False: it is no message at all.
 template <typename Type, typename Message>
 bool read(std::string_view bytes, Message& message) {
-  Type type;
+  wire::MessageType<Type> type;
   Payload payload(static_cast<std::uint32_t>(std::max<std::size_t>(bytes.size(), 4)));
   std::copy(bytes.begin(), bytes.end(), payload.data);
   payload.length = static_cast<std::uint32_t>(bytes.size());
