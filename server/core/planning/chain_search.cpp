@@ -206,6 +206,7 @@ bool ChainSearch::open() {
   SearchCounts& counts = state_.counts;
   counts.lattice_points = std::max(counts.lattice_points, static_cast<std::uint32_t>(points));
   counts.may_meet = counts.may_meet || (holders() > 1 && mayMeet());
+  apart_ = points == 0;
   ++counts.chains;
   return any;
 }
@@ -288,7 +289,9 @@ void ChainSearch::tryTakes() {
   if (takes_left_.kept.size() > settings_.few_takes) return;
   for (const FeasibleGrasp& take : std::vector<FeasibleGrasp>(takes_left_.kept)) {
     if (spent() || state_.over()) return;
-    if (motions_.canTake(take)) continue;
+    const bool can = motions_.canTake(take);
+    countTrees();
+    if (can) continue;
     if (state_.over()) return;
     const MotionFailure failure{{0, StageAction::kReach}, Cause::kNoPath, {}};
     state_.counts.motion_rejects.add(failure.cause, failure.stage);
@@ -300,6 +303,11 @@ void ChainSearch::tryTakes() {
     ++state_.motion_attempts;
     failPick(take.grasp);
   }
+}
+
+void ChainSearch::countTrees() {
+  state_.failed_trees += motions_.failedTrees() - trees_seen_;
+  trees_seen_ = motions_.failedTrees();
 }
 
 /// No grasp is left to take the object with, or none to put it down: no pose could change that.
@@ -345,6 +353,7 @@ bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most
     const int place = tuples[i].holders.back().give.grasp;
     if (failed_picks_.contains(pick) || failed_places_.contains(place)) continue;
     const auto connected = motions_.connect(tuples[i]);
+    countTrees();
     if (state_.over()) return false;
     if (const auto* failure = std::get_if<MotionFailure>(&connected)) {
       countFailure(*failure, tuples[i]);
@@ -654,7 +663,8 @@ bool ChainSearch::searchScattered(HandoverCandidates& counts, std::uint32_t& not
   state_.counts.cut = true;  // a sample proves nothing
   const std::uint32_t dear_before = dear_poses_;
   // A request's poses, evenly over its chains.
-  const std::uint32_t most = settings_.scattered_poses / std::max(1u, state_.counts.chains);
+  const std::uint32_t poses = apart_ ? settings_.scattered_poses_apart : settings_.scattered_poses;
+  const std::uint32_t most = poses / std::max(1u, state_.counts.chains);
   for (std::uint32_t i = 0; i < most; ++i) {
     if (spent() || state_.over()) return false;
     if (dear_poses_ - dear_before >= settings_.scattered_looks) return false;

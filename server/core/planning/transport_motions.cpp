@@ -297,7 +297,7 @@ std::optional<TransportMotions::DualGrasp> TransportMotions::dualGraspAt(
   RobotVector& q_giver = taken.of(hands.giver);
   q_giver = hands.giver.withFingers(std::move(q_giver), hands.grasp_g.open);
   StateChecker leaving = context_.makeForArm(taken, hands.giver, besideContacts(k, kRetreat));
-  if (!leaving.valid(q_g)) return std::nullopt;
+  if (!leaving.valid(q_g) || !leaving.valid(homeOf(hands.giver))) return std::nullopt;
   auto hit = gripContact(context_, hands.receiver, given, q_r, hands.grasp_r.open,
                          hands.grasp_r.closed, both);
   if (!hit) {

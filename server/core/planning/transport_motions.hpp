@@ -61,6 +61,9 @@ class TransportMotions {
   /// How often these two have asked for a configuration at all.
   std::uint32_t ikLooks() const { return ik_looks_; }
 
+  /// How many searches for a free motion by trees have found nothing.
+  std::uint32_t failedTrees() const { return free_motion_.failedTrees(); }
+
   /// Drops the receiver's leading configurations until one has a collision-free straight approach,
   /// the giver out of the way; false, nothing changed, if none has.
   bool keepApproachable(std::size_t handover, const Pose& X_WH, FeasibleGrasp& receive);
