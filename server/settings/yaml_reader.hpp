@@ -22,6 +22,9 @@ namespace handover {
 /// Of some words, the one most like another, ties by order; empty if there are none.
 std::string nearestOf(const std::set<std::string>& words, const std::string& word);
 
+/// The end of a fault that names an unknown word: "; the nearest known one is '...'", or empty.
+std::string nearestSaid(const std::string& nearest);
+
 struct YamlFault {
   std::string path;  ///< keys joined by dots; empty for the document
   int line = 0;      ///< 0: unknown
