@@ -283,13 +283,18 @@ void ChainSearch::failPick(int pick) {
   std::erase_if(takes_left_.kept, [&](const FeasibleGrasp& take) { return take.grasp == pick; });
 }
 
-/// Few grasps take the object: those that no motion leads to are left out before long searches.
+/// Few grasps take the object: those that no motion leads to are left out before long searches. The
+/// fewer they are, the more depends on each.
 void ChainSearch::tryTakes() {
   if (counted() || state_.problem.task.held_by) return;
-  if (takes_left_.kept.size() > settings_.few_takes) return;
-  for (const FeasibleGrasp& take : std::vector<FeasibleGrasp>(takes_left_.kept)) {
+  const std::vector<FeasibleGrasp>& takes = pruned(0, PruningPlace::kStart).kept;
+  if (takes.size() > settings_.few_takes) return;
+  takes_left_.kept = takes;  // those that failed before get another try
+  failed_picks_.clear();
+  const auto patience = static_cast<std::uint32_t>(settings_.takes_patience / takes.size());
+  for (const FeasibleGrasp& take : takes) {
     if (spent() || state_.over()) return;
-    const bool can = motions_.canTake(take);
+    const bool can = motions_.canTake(take, patience);
     countTrees();
     if (can) continue;
     if (state_.over()) return;

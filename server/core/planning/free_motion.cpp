@@ -108,10 +108,10 @@ std::optional<JointPath> FreeMotionSolver::roadmapPath(const Manipulator& arm,
 std::optional<JointPath> FreeMotionSolver::treePath(const MotionProblem& motion,
                                                     const ArmVector& from, const GoalSampler& goals,
                                                     std::uint64_t seed, const SeedPaths& known,
-                                                    std::uint32_t& goal) {
+                                                    std::uint32_t& goal, std::uint32_t patience) {
   IkBiRrtSettings settings;
   settings.direct_goals = 0;
-  settings.max_iterations = settings_.rrt_iterations;
+  settings.max_iterations = patience * settings_.rrt_iterations;
   settings.seed = SeededRandom::mix(seed);
   settings.from_start = known.from_start;
   settings.from_goal = known.from_goal;
@@ -143,7 +143,7 @@ std::optional<JointPath> FreeMotionSolver::solve(const Manipulator& arm, const A
 std::optional<JointPath> FreeMotionSolver::solveToAny(const Manipulator& arm, const ArmVector& from,
                                                       const GoalSampler& goals,
                                                       StateChecker& checker, std::uint64_t seed,
-                                                      std::uint32_t& goal) {
+                                                      std::uint32_t& goal, std::uint32_t patience) {
   const MotionProblem motion = problemOf(arm, checker);
   if (!checker.valid(from)) return std::nullopt;
   // Try a roadmap path to each goal before trees.
@@ -157,7 +157,7 @@ std::optional<JointPath> FreeMotionSolver::solveToAny(const Manipulator& arm, co
       }
     }
   }
-  return treePath(motion, from, goals, seed, {}, goal);
+  return treePath(motion, from, goals, seed, {}, goal, patience);
 }
 
 }  // namespace handover

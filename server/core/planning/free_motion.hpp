@@ -32,9 +32,11 @@ class FreeMotionSolver {
 
   /// A path to one of several goals, that are drawn as the search asks for them; its index goes to
   /// `goal`.
+  /// @param patience  how many times the usual iterations the trees may take.
   std::optional<JointPath> solveToAny(const Manipulator& arm, const ArmVector& from,
                                       const GoalSampler& goals, StateChecker& checker,
-                                      std::uint64_t seed, std::uint32_t& goal);
+                                      std::uint64_t seed, std::uint32_t& goal,
+                                      std::uint32_t patience = 1);
 
   /// How many searches by trees, which take the most time, have found nothing.
   std::uint32_t failedTrees() const { return failed_trees_; }
@@ -49,7 +51,8 @@ class FreeMotionSolver {
                                        std::uint32_t checks) const;
   std::optional<JointPath> treePath(const MotionProblem& motion, const ArmVector& from,
                                     const GoalSampler& goals, std::uint64_t seed,
-                                    const SeedPaths& known, std::uint32_t& goal);
+                                    const SeedPaths& known, std::uint32_t& goal,
+                                    std::uint32_t patience = 1);
 
   const FreeMotionSettings& settings_;
   const Deadline& deadline_;

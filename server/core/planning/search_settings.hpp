@@ -70,8 +70,8 @@ struct SearchSettings {
   std::uint32_t wide_poses_counted = 1'500;
   std::uint32_t scattered_poses = 150'000;  ///< most fall to a look at each arm's reach
   /// The same where two arms of the chain have no lattice point in common: of 3,100 requests to our
-  /// cells none such was solved.
-  std::uint32_t scattered_poses_apart = 40'000;
+  /// cells one such was solved.
+  std::uint32_t scattered_poses_apart = 80'000;
   /// Poses whose collisions are looked at, at most: of 2,100 draws of our cells (seeds 1 to 3) the
   /// solved ones took up to 225 of the turned ones, and 54 of the scattered.
   std::uint32_t turned_looks = 300, scattered_looks = 300;
@@ -79,8 +79,9 @@ struct SearchSettings {
   /// Poses of a tool for which any configuration was looked for, of a request; up to 53,000 were
   /// needed.
   std::uint32_t most_ik_looks = 100'000;
-  /// So few grasps of the first holder are tried by themselves before these poses.
-  std::size_t few_takes = 8;
+  /// So few grasps of the first holder are tried by themselves before these poses; all of them
+  /// together with so many times the effort of one.
+  std::size_t few_takes = 16, takes_patience = 64;
   /// Failed IK solves of arms without a closed form, for each tier of `wide`: about a second.
   std::uint32_t most_failed_ik = 10'000;
   std::size_t tuples_per_pose = 3;  ///< tuples of one pose whose motions are tried

@@ -177,10 +177,11 @@ bool TransportMotions::keepApproachable(std::size_t handover, const Pose& X_WH,
 // ---- taking at the start, leaving at the goal
 
 const std::optional<TransportMotions::PickMotion>& TransportMotions::pickMotion(
-    const FeasibleGrasp& take) {
-  const auto [entry, fresh] = picks_.try_emplace(take.grasp);
-  std::optional<PickMotion>& found = entry->second;
-  if (!fresh) return found;
+    const FeasibleGrasp& take, std::uint32_t patience) {
+  Pick& pick = picks_[take.grasp];
+  std::optional<PickMotion>& found = pick.motion;
+  if (found || patience <= pick.patience) return found;
+  pick.patience = patience;
   const Manipulator& arm = at(0);
   const LinearMotionSettings& linear = problem_.settings.linear_motion;
   const Grasp& grasp = arm.grasp(take.grasp);
@@ -210,7 +211,8 @@ const std::optional<TransportMotions::PickMotion>& TransportMotions::pickMotion(
     candidates.push_back({q, {}, reversed(std::move(*back)), std::move(*lift)});
     return true;
   };
-  const std::size_t most = std::min(take.configurations.size(), problem_.settings.configurations);
+  const std::size_t most =
+      std::min(take.configurations.size(), patience * problem_.settings.configurations);
   const auto draw = [&](std::uint32_t i, ArmVector& goal) {
     while (i >= candidates.size() && next < most) add(take.configurations[next++]);
     if (i >= candidates.size()) return false;
@@ -221,8 +223,9 @@ const std::optional<TransportMotions::PickMotion>& TransportMotions::pickMotion(
 
   reach_checker.activate();
   std::uint32_t goal = 0;
-  auto reach = free_motion_.solveToAny(arm, homeOf(arm), draw, reach_checker,
-                                       seedFor(0, kReach, take.grasp), goal);
+  auto reach =
+      free_motion_.solveToAny(arm, homeOf(arm), draw, reach_checker,
+                              seedFor(0, kReach, take.grasp) + patience - 1, goal, patience);
   if (!reach || goal >= candidates.size()) return found;
   found = std::move(candidates[goal]);
   found->reach = std::move(*reach);
