@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wire/entities.hpp"
 
+#include "wire/packet_guard.hpp"
+
 #include <handover/common/domain.hpp>
 #include <handover/common/log.hpp>
 
@@ -86,7 +88,8 @@ Guid toGuid(const rtps::GUID_t& guid) {
 
 Guid toGuid(const rtps::InstanceHandle_t& handle) { return toGuid(rtps::iHandle2GUID(handle)); }
 
-dds::DomainParticipantQos participantQos(const std::string& name) {
+dds::DomainParticipantQos participantQos(const std::string& name,
+                                         std::shared_ptr<DropCounter> dropped) {
   dds::DomainParticipantQos qos = dds::PARTICIPANT_QOS_DEFAULT;
   qos.name(name);
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
@@ -95,7 +98,7 @@ dds::DomainParticipantQos participantQos(const std::string& name) {
   udp->sendBufferSize = 4 << 20;
   udp->receiveBufferSize = 4 << 20;
   qos.transport().use_builtin_transports = false;
-  qos.transport().user_transports.push_back(udp);
+  qos.transport().user_transports.push_back(guarded(udp, std::move(dropped)));
   rtps::Locator_t loopback;
   eprosima::fastrtps::rtps::IPLocator::setIPv4(loopback, "127.0.0.1");
   auto& builtin = qos.wire_protocol().builtin;
@@ -224,6 +227,7 @@ struct Participant::Impl : public dds::DomainParticipantListener {
   ParticipantOptions options;
   dds::DomainParticipant* participant = nullptr;
   std::array<dds::Topic*, kTopicCount> topics{};
+  const std::shared_ptr<DropCounter> dropped = std::make_shared<DropCounter>(0);
 
   explicit Impl(ParticipantOptions given) : options(std::move(given)) {}
 
@@ -242,10 +246,10 @@ struct Participant::Impl : public dds::DomainParticipantListener {
     factory->get_qos(factory_qos);
     factory_qos.entity_factory().autoenable_created_entities = false;
     factory->set_qos(factory_qos);
-    participant = expect(
-        factory->create_participant(static_cast<dds::DomainId_t>(options.domain),
-                                    participantQos(options.name), this, dds::StatusMask::none()),
-        "DDS participant");
+    participant = expect(factory->create_participant(static_cast<dds::DomainId_t>(options.domain),
+                                                     participantQos(options.name, dropped), this,
+                                                     dds::StatusMask::none()),
+                         "DDS participant");
     // Types first: whatever else uses a participant with unregistered types misses them.
     for (std::size_t i = 0; i < kTopicCount; ++i) {
       dds::TypeSupport type = makeType(kTopics[i].id);
@@ -281,6 +285,8 @@ Participant::Participant(ParticipantOptions options) {
   impl_ = std::make_shared<Impl>(std::move(options));
   impl_->open();
 }
+
+std::uint64_t Participant::droppedPackets() const { return *impl_->dropped; }
 
 struct WriterCore::Impl : public dds::DataWriterListener {
   std::shared_ptr<Participant::Impl> parent;

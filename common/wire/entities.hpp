@@ -53,6 +53,9 @@ class Participant {
   /// @throws DdsError.
   explicit Participant(ParticipantOptions options);
 
+  /// Datagrams that its guard has dropped (see packet_guard.hpp).
+  std::uint64_t droppedPackets() const;
+
   struct Impl;
 
  private:

@@ -260,6 +260,7 @@ void DdsEndpoint::publishStatus(const DaemonStatus& status) {
     counted.clients = static_cast<std::uint32_t>(impl_->clients.size());
     counted.refused = impl_->refused;
   }
+  counted.dropped_packets = impl_->participant.droppedPackets();
   if (impl_->status_writer->write(wire::encode(counted)) != wire::WriteResult::kOk) {
     logger("dds")->warn("the status could not be written");
   }
