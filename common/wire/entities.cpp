@@ -46,11 +46,11 @@ constexpr TopicRow kTopics[] = {{TopicId::kRequest, kRequestTopic},
                                 {TopicId::kStatus, "handover/v1/status"}};
 constexpr std::size_t kTopicCount = std::size(kTopics);
 
-/// Samples of one request that an events writer holds, and requests of one client at a time.
-constexpr int kEventsPerRequest = 4096;
-constexpr int kRequestsPerClient = 256;
+constexpr int kEventsPerAnswer = 4096;
 /// Readers recycle an instance only when it was disposed: room for many that never were.
 constexpr int kReaderInstances = 1 << 18;
+/// Open requests or cancels of a client, daemons of one process.
+constexpr int kInstancesPerWriter = 4096;
 /// What readers set aside for a sample before they know its size.
 constexpr std::uint32_t kPayloadSize = 4096;
 
@@ -110,29 +110,31 @@ dds::DomainParticipantQos participantQos(const std::string& name,
   return qos;
 }
 
+/// Samples of all instances together are not limited: the middleware adds up the limits of all
+/// readers and writers of a topic, in 32 bits.
 void limits(dds::ResourceLimitsQosPolicy& limits, int instances, int per_instance) {
   limits.max_instances = instances;
   limits.max_samples_per_instance = per_instance;
-  limits.max_samples = instances * per_instance;  // Fast DDS insists on at least this
+  limits.max_samples = 0;
   limits.allocated_samples = 16;
 }
 
 bool durable(TopicId topic) { return topic != TopicId::kCancel; }
 
-/// What writers and readers of a topic have in common. kEvent keeps all samples of as many
-/// instances as `event_instances`, the others the last one of each.
+/// What writers and readers of a topic have in common. Events are all kept, of the others the last
+/// one of each instance.
 template <typename Qos>
-void configureTopic(Qos& qos, TopicId topic, int event_instances, int other_instances) {
+void configureTopic(Qos& qos, TopicId topic, int instances) {
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
   qos.durability().kind =
       durable(topic) ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
   if (topic == TopicId::kEvent) {
     qos.history().kind = dds::KEEP_ALL_HISTORY_QOS;
-    limits(qos.resource_limits(), event_instances, kEventsPerRequest);
+    limits(qos.resource_limits(), instances, kEventsPerAnswer);
   } else {
     qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
     qos.history().depth = 1;
-    limits(qos.resource_limits(), other_instances, 1);
+    limits(qos.resource_limits(), instances, 1);
   }
   qos.data_sharing().off();
 }
@@ -146,9 +148,9 @@ void configureGroup(Qos& qos, const EntityOptions& options) {
 
 dds::DataWriterQos writerQos(TopicId topic, const std::string& user_data) {
   dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
-  configureTopic(qos, topic, kRequestsPerClient, 4096);
+  configureTopic(qos, topic, topic == TopicId::kEvent ? kAnswersPerWriter : kInstancesPerWriter);
   qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
-  qos.reliability().max_blocking_time = {1, 0};
+  qos.reliability().max_blocking_time = {0, 20'000'000};
   qos.reliable_writer_qos().times.heartbeatPeriod = {0, 100'000'000};
   // A remote reader with a content filter crashes writers of this version on samples from 8 KB on.
   qos.writer_resource_limits().reader_filters_allocation.initial = 0;
@@ -159,7 +161,9 @@ dds::DataWriterQos writerQos(TopicId topic, const std::string& user_data) {
 
 dds::DataReaderQos readerQos(TopicId topic) {
   dds::DataReaderQos qos = dds::DATAREADER_QOS_DEFAULT;
-  configureTopic(qos, topic, kReaderInstances, kReaderInstances);
+  configureTopic(qos, topic, kReaderInstances);
+  // A late reader asks for what it missed as soon as it has matched.
+  qos.reliable_reader_qos().times.initialAcknackDelay = {0, 1'000'000};
   // Readers of the dynamic policies take no empty payload in this version, as a dispose from
   // another process is: they wait for it forever, and for all that comes after it.
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;

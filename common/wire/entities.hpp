@@ -81,6 +81,9 @@ enum class WriteResult { kOk, kTimeout, kError };
 
 enum class TopicId { kRequest, kCancel, kEvent, kStatus };
 
+/// Answers that one events writer can hold; each has at most 4096 events.
+inline constexpr int kAnswersPerWriter = 128;
+
 inline constexpr const char* kRequestTopic = "handover/v1/request";
 
 template <typename Message>
