@@ -107,6 +107,7 @@ dds::DomainParticipantQos participantQos(const std::string& name,
   builtin.discovery_config.leaseDuration = {3, 0};
   // A lost first exchange waits for the next announcement: 3 s by default.
   builtin.discovery_config.leaseDuration_announcementperiod = {0, 200'000'000};
+  builtin.discovery_config.initial_announcements = {10, {0, 20'000'000}};
   return qos;
 }
 
