@@ -6,9 +6,9 @@
 //   prepare    builds what is missing, ends; files and processors; Runtime::stop()
 //   worker-N   takes a request, plans; the queue; Runtime::stop()
 //   status     reports changes, expires queued deadlines; changes and time; Runtime::stop()
-//   to CLIENT  writes one client's stages; its queue and that client's acknowledgements;
-//   ~DdsEndpoint (Fast DDS) receive, discovery, timers; the network; ~DdsEndpoint. They decode,
-//   enqueue and return.
+//   send-N     writes events, makes and deletes their writers; what is to be sent; ~DdsEndpoint
+//   (Fast DDS) receive, discovery, timers; the network; ~DdsEndpoint. They decode, enqueue and
+//              return.
 #include "cells/cell_service.hpp"
 #include "cells/decomposition_cache.hpp"
 #include "cells/scene_check.hpp"

@@ -211,8 +211,10 @@ void printStatus(std::ostream& out, const DaemonStatus& status) {
   const OutcomeCounters& n = status.counters;
   out << fmt::format("  requests: {} accepted, {} done, {} failed, {} cancelled, {} rejected\n",
                      n.accepted, n.done, n.failed, n.cancelled, n.rejected);
-  out << fmt::format("  clients: {}, requests refused: {}, memory: {:.0f} MB\n", status.clients,
-                     status.refused, 1e-6 * static_cast<double>(status.memory_bytes));
+  out << fmt::format(
+      "  clients: {}, requests refused: {}, packets dropped: {}, memory: {:.0f} MB\n",
+      status.clients, status.refused, status.dropped_packets,
+      1e-6 * static_cast<double>(status.memory_bytes));
   for (const CellInfo& cell : status.cells) {
     out << fmt::format("  cell {} (revision {}):", cell.name, cell.revision);
     for (const auto& task : cell.tasks) out << ' ' << task;

@@ -154,30 +154,34 @@ Runtime::CellRoute Runtime::route(const std::string& cell, CellInfo& info) const
   return CellRoute::kNobodys;
 }
 
-bool Runtime::firstTime(const PlanRequest& request) {
+Runtime::Asked Runtime::asked(const PlanRequest& request) {
   {
     const MutexLock lock(mutex_);
-    if (known_.insert(request.id).second) return true;
-    if (std::find(answered_.begin(), answered_.end(), request.id) == answered_.end()) return false;
+    if (known_.insert(request.id).second) return Asked::kFirst;
+    const auto open = open_.find(request.id);
+    const bool same_client =
+        open != open_.end() && open->second->request.client_id == request.client_id;
+    if (same_client) return Asked::kMeanwhile;
     ++counters_.rejected;
     changed_ = true;
   }
   Stream again(endpoint_, request);
   send(again, Rejected{RejectionReason::kAlreadyAnswered,
-                       {{"request_id", "was answered before: a new request needs a new id"}}});
-  return false;
+                       {{"request_id", "was asked before: a new request needs a new id"}}});
+  return Asked::kAgain;
 }
 
-void Runtime::onRequest(const PlanRequest& request) {
+bool Runtime::onRequest(const PlanRequest& request) {
   CellInfo cell;
   const CellRoute where = route(request.cell, cell);
-  if (where == CellRoute::kOthers || !firstTime(request)) return;
+  if (where == CellRoute::kOthers) return false;
+  if (const Asked how = asked(request); how != Asked::kFirst) return how == Asked::kAgain;
 
   auto stream = std::make_shared<Stream>(endpoint_, request);
   if (where == CellRoute::kNobodys) {
     reject(stream, RejectionReason::kUnknownCell,
            {{"cell", "no daemon serves a cell named '" + request.cell + "'"}});
-    return;
+    return true;
   }
   std::uint32_t ahead = 0;
   bool full = false;
@@ -194,7 +198,7 @@ void Runtime::onRequest(const PlanRequest& request) {
     reject(stream, RejectionReason::kBusy,
            {{"",
              "the queue is full: " + std::to_string(settings_.queue_capacity) + " requests wait"}});
-    return;
+    return true;
   }
   Accepted accepted;
   accepted.daemon_id = settings_.id;
@@ -211,15 +215,17 @@ void Runtime::onRequest(const PlanRequest& request) {
   }
   work_.notify_one();
   report_.notify_one();
+  return true;
 }
 
-void Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id,
+bool Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id,
                                const std::vector<Fault>& faults) {
   PlanRequest request;
   request.id = id;
   request.client_id = client_id;
-  if (!firstTime(request)) return;
+  if (const Asked how = asked(request); how != Asked::kFirst) return how == Asked::kAgain;
   reject(std::make_shared<Stream>(endpoint_, request), RejectionReason::kBadRequest, faults);
+  return true;
 }
 
 void Runtime::onCancel(const RequestId& id, CancelCause cause) {

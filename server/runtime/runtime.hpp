@@ -48,8 +48,8 @@ class Runtime : public RequestHandler {
   /// answered, the answers delivered. Blocks until then. From the owner's thread.
   void stop();
 
-  void onRequest(const PlanRequest& request) override;
-  void onInvalidRequest(const RequestId& id, const std::string& client_id,
+  bool onRequest(const PlanRequest& request) override;
+  bool onInvalidRequest(const RequestId& id, const std::string& client_id,
                         const std::vector<Fault>& faults) override;
   void onCancel(const RequestId& id, CancelCause cause) override;
 
@@ -60,9 +60,10 @@ class Runtime : public RequestHandler {
 
   enum class CellRoute { kOurs, kOthers, kNobodys };
   CellRoute route(const std::string& cell, CellInfo& info) const;
-  /// Takes an id that is new; true then. One that was answered is rejected, one that is being
-  /// answered needs no second answer.
-  bool firstTime(const PlanRequest& request);
+  enum class Asked { kFirst, kAgain, kMeanwhile };
+  /// Takes an id that is new. One that was answered, or is being answered to another client, is
+  /// rejected; the same client has what it asks for on its way.
+  Asked asked(const PlanRequest& request);
   void reject(const StreamPtr& stream, RejectionReason reason, std::vector<Fault> faults);
   void finish(const StreamPtr& stream, Outcome outcome);
   void send(Stream& stream, Outcome outcome);
