@@ -2,30 +2,20 @@
 // A daemon from start to stop, whatever does its planning.
 #pragma once
 
+#include "daemon_signals.hpp"
 #include "runtime/plan_service.hpp"
-
-#include <signal.h>
+#include "runtime/runtime.hpp"
 
 namespace handover {
 
-/// Blocks SIGINT and SIGTERM in the calling thread and all that it starts from then on.
-class StopSignals {
- public:
-  StopSignals();
-  /// Waits for one of them.
-  int wait() const;
-
- private:
-  sigset_t set_;
-};
-
 struct DaemonOptions {
   int domain = 0;
-  int threads = 1;
+  RuntimeSettings runtime;  ///< id, version and callbacks are the daemon's own
 };
 
-/// Joins the domain and serves until a stop signal; then every open request gets its outcome. False
-/// when the service could not prepare, which ends it too. @throws wire::DdsError.
-bool runDaemon(PlanService& service, const DaemonOptions& options, const StopSignals& signals);
+/// Joins the domain and serves until a stop signal; then every open request gets its outcome. At
+/// SIGHUP cells are read again. False when the service could not prepare, which ends it too.
+/// @throws wire::DdsError.
+bool runDaemon(PlanService& service, const DaemonOptions& options, DaemonSignals& signals);
 
 }  // namespace handover

@@ -2,7 +2,8 @@
 // handoverd: answers handover requests over DDS.
 //
 // Threads (name: loop; waits for; stopped by):
-//   main       start-up, then sigwait; a signal or a failed preparation; itself
+//   main       start-up, then reloads; a signal or a failed preparation; itself
+//   signals    sigwait; a signal; ~DaemonSignals
 //   prepare    builds what is missing, ends; files and processors; Runtime::stop()
 //   worker-N   takes a request, plans; the queue; Runtime::stop()
 //   status     reports changes, expires queued deadlines; changes and time; Runtime::stop()
@@ -22,6 +23,7 @@
 #include <handover/common/domain.hpp>
 #include <handover/common/log.hpp>
 #include <handover/common/mutex.hpp>
+#include <handover/common/standard_streams.hpp>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -107,19 +109,36 @@ int notBuiltYet(const std::string& what) {
   return kExitConfiguration;
 }
 
+/// What the settings say of requests and clients.
+RuntimeSettings runtimeSettings(const DaemonSettings& settings) {
+  constexpr std::uint64_t kMegabyte = 1'000'000;
+  const DaemonLimits& limits = settings.limits;
+  RuntimeSettings runtime;
+  runtime.threads = settings.threads;
+  runtime.queue_capacity = static_cast<std::size_t>(limits.queue);
+  runtime.client_queue = static_cast<std::size_t>(limits.client_queue);
+  runtime.client_limits = {limits.client_cpu_s,
+                           kMegabyte * static_cast<std::uint64_t>(limits.client_cache_mb)};
+  if (limits.deadline_s > 0) runtime.deadline_s = limits.deadline_s;
+  return runtime;
+}
+
 int serve(const Options& options) {
   const Setup setup = setUp(options);
   if (setup.settings.transport != "loopback") {
     return notBuiltYet("transport " + setup.settings.transport);
   }
-  const StopSignals signals;  // before the first thread
+  DaemonSignals signals;  // before the first thread
   ProgressBar bar;
-  CellService service(setup.root, setup.settings.cells, cacheFolder(setup.settings.cache),
-                      std::ref(bar), false);
-  return runDaemon(service, {.domain = setup.settings.domain, .threads = setup.settings.threads},
-                   signals)
-             ? kExitDone
-             : kExitConfiguration;
+  try {
+    CellService service(setup.root, setup.settings.cells, cacheFolder(setup.settings.cache),
+                        std::ref(bar), false, signals.stopping());
+    const DaemonOptions daemon{setup.settings.domain, runtimeSettings(setup.settings)};
+    return runDaemon(service, daemon, signals) ? kExitDone : kExitConfiguration;
+  } catch (const std::exception&) {
+    if (signals.stopping().over()) return kExitDone;  // told to stop before it served
+    throw;
+  }
 }
 
 int prepareFiles(const Options& options) {
@@ -186,7 +205,8 @@ bool checkScenes(const Options& options, const std::filesystem::path& root,
   for (const std::string& file : options.files) {
     CellService service(root, {file}, cacheFolder(""), std::ref(bar), false);
     const YamlNode document = parseYaml(readSettingsText(file), file);
-    for (const auto& found : sceneFindings(service, service.cells().front().name, Deadline())) {
+    for (const auto& found :
+         sceneFindings(service, service.served()->infos.front().name, Deadline())) {
       printer.print(found.grade, FileFault{file, lineOfTask(document, found.task),
                                            "task '" + found.task + "': " + found.text});
       sound = sound && found.grade != SceneFinding::Grade::kFault;
@@ -237,8 +257,9 @@ void addCellOptions(CLI::App& command, Options& options) {
   command.add_option("--config", options.config, "Settings file")->type_name("FILE");
 }
 
-void addServe(CLI::App& app, Options& options) {
-  auto& command = *app.add_subcommand("serve", "Serve requests until SIGTERM or SIGINT");
+const CLI::App& addServe(CLI::App& app, Options& options) {
+  auto& command = *app.add_subcommand(
+      "serve", "Serve requests until SIGTERM or SIGINT; SIGHUP reads the cells again");
   addCellOptions(command, options);
   command.add_option("--domain", options.domain, "DDS domain (default: HANDOVER_DOMAIN, else 0)")
       ->check(domainFault)
@@ -248,15 +269,15 @@ void addServe(CLI::App& app, Options& options) {
       ->type_name("NUMBER");
   addFooter(command, "handoverd serve --cell butler --domain 7",
             std::string("0 stopped by a signal, 1 internal error, ") + kStartCodes + ", 4 DDS.");
+  return command;
 }
 
-const CLI::App& addPrepare(CLI::App& app, Options& options) {
+void addPrepare(CLI::App& app, Options& options) {
   auto& command = *app.add_subcommand("prepare", "Build maps and grasp sets that are missing");
   addCellOptions(command, options);
   command.add_flag("--force", options.force, "Build all of them anew");
   addFooter(command, "handoverd prepare --cell butler --cell stool",
             std::string("0 all is there, 1 internal error, ") + kStartCodes + ".");
-  return command;
 }
 
 const CLI::App& addCheck(CLI::App& app, Options& options) {
@@ -290,8 +311,8 @@ int run(int argc, char** argv) {
   addFooter(app, "handoverd serve --cell butler",
             std::string("0 done, 1 internal error, ") + kStartCodes + ", 4 DDS.");
   Options options;
-  addServe(app, options);
-  const CLI::App& prepare = addPrepare(app, options);
+  const CLI::App& serving = addServe(app, options);
+  addPrepare(app, options);
   const CLI::App& check = addCheck(app, options);
   auto& adopt = *app.add_subcommand("adopt", "Make a robot of ours of a URDF (not built yet)");
   adopt.fallthrough(false)->allow_extras();
@@ -301,10 +322,11 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitDone : kExitUsage;
   }
+  if (serving.parsed()) return serve(options);
+  DaemonSignals::leaveThem();
   if (adopt.parsed()) return notBuiltYet("adopt");
   if (check.parsed()) return checkEvery(options);
-  if (prepare.parsed()) return prepareFiles(options);
-  return serve(options);
+  return prepareFiles(options);
 }
 
 }  // namespace
@@ -312,7 +334,8 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return handover::run(argc, argv);
+    handover::holdStandardStreams();
+    return handover::checkedOutput("handoverd", handover::run(argc, argv));
   } catch (const handover::wire::DdsError& error) {
     std::cerr << "handoverd: " << error.what() << std::endl;
     return handover::kExitDds;

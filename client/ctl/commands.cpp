@@ -14,6 +14,7 @@
 #include <handover/client/client.hpp>
 #include <handover/client/plan_file.hpp>
 #include <handover/common/mutex.hpp>
+#include <handover/common/printable.hpp>
 
 #include <deque>
 #include <functional>
@@ -169,8 +170,8 @@ int runCells(const CommonOptions& common) {
     const SignalWatch signals([&client] { client.interrupt(); }, kExitCancelled);
     for (const DaemonStatus& status : client.daemons()) {
       for (const CellInfo& cell : status.cells) {
-        people(common) << cell.name << ":";
-        for (const auto& task : cell.tasks) people(common) << ' ' << task;
+        people(common) << printable(cell.name) << ":";
+        for (const auto& task : cell.tasks) people(common) << ' ' << printable(task);
         people(common) << std::endl;
         if (common.json) std::cout << client::compact(cellJson(cell)) << std::endl;
       }
@@ -338,6 +339,7 @@ int runWatch(const CommonOptions& common, const std::optional<RequestId>& id) {
       }
       reports.try_emplace(event.request_id, people(common)).first->second.add(event);
       if (common.json) std::cout << client::jsonLine(event) << std::endl;
+      if (!std::cout) watched->stop();  // nobody reads it any more
       const auto* outcome = std::get_if<Outcome>(&event.payload);
       if (outcome == nullptr) return;
       reports.erase(event.request_id);

@@ -9,6 +9,7 @@
 #include <handover/common/check.hpp>
 #include <handover/common/domain.hpp>
 #include <handover/common/log.hpp>
+#include <handover/common/standard_streams.hpp>
 
 #include <CLI/CLI.hpp>
 
@@ -412,22 +413,15 @@ int run(int argc, char** argv) {
   return runParsed(command, plan_options);
 }
 
-/// Text that could not be written is a plan that nobody has seen.
-int checkedOutput(int code) {
-  std::cout.flush();
-  if (std::cout || code != kExitDone) return code;
-  std::cerr << "handoverctl: cannot write to standard output" << std::endl;
-  return kExitConfiguration;
-}
-
 }  // namespace
 }  // namespace handover::ctl
 
 int main(int argc, char** argv) {
   try {
+    handover::holdStandardStreams();
     handover::setLogLevel(spdlog::level::warn);
     handover::client::routeMiddlewareLog();
-    return handover::ctl::checkedOutput(handover::ctl::run(argc, argv));
+    return handover::checkedOutput("handoverctl", handover::ctl::run(argc, argv));
   } catch (const std::exception& error) {
     std::cerr << "handoverctl: " << error.what() << std::endl;
     return handover::ctl::kExitInternal;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report.hpp"
 
+#include <handover/common/printable.hpp>
+
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
@@ -13,14 +15,14 @@ namespace {
 constexpr std::size_t kCausesShown = 7;
 
 std::string nameOf(const ArmName& name) {
-  return name.arm.empty() ? name.robot : name.robot + "/" + name.arm;
+  return printable(name.arm.empty() ? name.robot : name.robot + "/" + name.arm);
 }
 
 std::string causeText(const CauseCount& cause) {
   const auto& [first, second] = cause.pair;
   std::string text = toString(cause.cause);
-  if (!first.empty()) text += " " + first;
-  if (!second.empty()) text += " - " + second;
+  if (!first.empty()) text += " " + printable(first);
+  if (!second.empty()) text += " - " + printable(second);
   if (cause.cause == Cause::kCollision && first.empty()) text += " of other pairs";
   if (cause.stage) {
     text +=
@@ -42,9 +44,10 @@ void printCauses(std::ostream& out, const std::vector<CauseCount>& causes) {
 
 void printFix(std::ostream& out, const std::vector<Override>& overrides, const std::string& text) {
   for (const Override& change : overrides) {
-    out << fmt::format("{:12}would work: --set '{}={}'\n", "", change.path, change.value);
+    out << fmt::format("{:12}would work: --set '{}={}'\n", "", printable(change.path),
+                       printable(change.value));
   }
-  if (!text.empty()) out << fmt::format("{:12}{}\n", "", text);
+  if (!text.empty()) out << fmt::format("{:12}{}\n", "", printable(text));
 }
 
 std::string at(const std::array<double, 3>& p) {
@@ -87,8 +90,8 @@ void Report::print(const Accepted& accepted) {
 }
 
 void Report::print(const SceneSnapshot& scene) {
-  out_ << fmt::format("scene       {} {}: {} from {}{} to {}{}\n", scene.cell, scene.task,
-                      scene.object, at(scene.start.X_WO.xyz),
+  out_ << fmt::format("scene       {} {}: {} from {}{} to {}{}\n", printable(scene.cell),
+                      printable(scene.task), printable(scene.object), at(scene.start.X_WO.xyz),
                       scene.start.held_by ? ", held by " + nameOf(*scene.start.held_by) : "",
                       at(scene.goal.X_WO.xyz),
                       scene.goal.end == TransportEnd::kHold ? ", held there" : "");
@@ -102,7 +105,7 @@ void Report::print(const ArmSelected& arms) {
   for (const ArmScore& score : arms.scores) {
     std::string why;
     if (score.rejected != Cause::kUnspecified) why = std::string(" - ") + toString(score.rejected);
-    if (!score.object.empty()) why += " " + score.object;
+    if (!score.object.empty()) why += " " + printable(score.object);
     out_ << fmt::format("{:12}holder {}: {}: {:.4f}{}\n", "", score.holder + 1, nameOf(score.arm),
                         score.manipulability, why);
   }
@@ -136,11 +139,13 @@ void Report::print(const Solution& solution) {
 
 void Report::print(const StageTrajectory&) {}  // all of them with the outcome, as one table
 
-void Report::print(const Note& note) { out_ << fmt::format("note        {}\n", note.text); }
+void Report::print(const Note& note) {
+  out_ << fmt::format("note        {}\n", printable(note.text));
+}
 
 void Report::print(const Failure& failure) {
   out_ << fmt::format("no plan     {}: {} ({}{}), {:.1f} ms\n", toString(failure.reason),
-                      failure.explanation.text, failure.explanation.filter,
+                      printable(failure.explanation.text), printable(failure.explanation.filter),
                       failure.explanation.exhaustive ? ", exhaustive" : "", 1e3 * elapsed_s_);
   printCauses(out_, failure.explanation.causes);
   explained_ = true;
@@ -173,8 +178,9 @@ void Report::printPlan() {
 
 void Report::print(const Failed& failed) {
   const Explanation& why = failed.explanation;
-  out_ << fmt::format("failed      {}: {} ({}{}), {:.1f} ms\n", toString(failed.reason), why.text,
-                      why.filter, why.exhaustive ? ", exhaustive" : "", 1e3 * elapsed_s_);
+  out_ << fmt::format("failed      {}: {} ({}{}), {:.1f} ms\n", toString(failed.reason),
+                      printable(why.text), printable(why.filter),
+                      why.exhaustive ? ", exhaustive" : "", 1e3 * elapsed_s_);
   if (!explained_) printCauses(out_, why.causes);
   if (!fix_told_) printFix(out_, why.nearest_fix, why.fix_text);
 }
@@ -194,8 +200,8 @@ void Report::print(const Outcome& outcome) {
   } else if (const auto* rejected = std::get_if<Rejected>(&outcome)) {
     out_ << fmt::format("rejected    {}\n", toString(rejected->reason));
     for (const Fault& fault : rejected->faults) {
-      out_ << fmt::format("{:12}{}{}{}\n", "", fault.field, fault.field.empty() ? "" : ": ",
-                          fault.message);
+      out_ << fmt::format("{:12}{}{}{}\n", "", printable(fault.field),
+                          fault.field.empty() ? "" : ": ", printable(fault.message));
     }
   } else {
     out_ << fmt::format("cancelled   {}, after {:.1f} ms\n",
@@ -207,7 +213,8 @@ void Report::print(const Workspaces&) {}  // to be looked at on the page
 
 void printStatus(std::ostream& out, const DaemonStatus& status) {
   out << fmt::format("daemon {} {}: {}, {} running, {} queued\n", RequestId{status.id}.hex(),
-                     status.version, toString(status.state), status.running, status.queued);
+                     printable(status.version), toString(status.state), status.running,
+                     status.queued);
   const OutcomeCounters& n = status.counters;
   out << fmt::format("  requests: {} accepted, {} done, {} failed, {} cancelled, {} rejected\n",
                      n.accepted, n.done, n.failed, n.cancelled, n.rejected);
@@ -216,8 +223,8 @@ void printStatus(std::ostream& out, const DaemonStatus& status) {
       status.clients, status.refused, status.dropped_packets,
       1e-6 * static_cast<double>(status.memory_bytes));
   for (const CellInfo& cell : status.cells) {
-    out << fmt::format("  cell {} (revision {}):", cell.name, cell.revision);
-    for (const auto& task : cell.tasks) out << ' ' << task;
+    out << fmt::format("  cell {} (revision {}):", printable(cell.name), cell.revision);
+    for (const auto& task : cell.tasks) out << ' ' << printable(task);
     out << "\n";
   }
 }

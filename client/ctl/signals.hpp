@@ -10,8 +10,8 @@
 
 namespace handover::ctl {
 
-/// Calls `on_signal` from its own thread at the first SIGINT or SIGTERM and ends the process at the
-/// second.
+/// Calls `on_signal` from its own thread at the first SIGINT, SIGTERM or SIGHUP and ends the
+/// process at the second. A SIGHUP that is ignored, as nohup has it, stays so.
 /// @pre the signals are blocked in every thread (blockSignals() before the first one).
 class SignalWatch {
  public:
@@ -45,6 +45,11 @@ class SignalWatch {
     sigaddset(&set, SIGINT);
     sigaddset(&set, SIGTERM);
     sigaddset(&set, SIGUSR1);
+
+    struct sigaction hangup {};
+
+    sigaction(SIGHUP, nullptr, &hangup);
+    if (hangup.sa_handler != SIG_IGN) sigaddset(&set, SIGHUP);
     return set;
   }
 

@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <csignal>
 #include <exception>
 #include <filesystem>
 #include <iostream>
@@ -18,6 +19,7 @@ namespace fs = std::filesystem;
 constexpr int kValid = 0;
 constexpr int kInvalid = 1;
 constexpr int kUnreadable = 2;
+constexpr int kOutputNotWritable = 3;
 
 int unreadable(const std::string& what, bool json) {
   if (json) std::cout << handover::verify::unreadableJson(what) << "\n";
@@ -25,9 +27,7 @@ int unreadable(const std::string& what, bool json) {
   return kUnreadable;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   CLI::App app{"Checks a handover plan file on its own: 0 valid, 1 invalid, 2 unreadable"};
   app.name("handover-verify");
   std::string plan, root;
@@ -39,7 +39,9 @@ int main(int argc, char** argv) {
   app.add_flag("--json", json, "one JSON object on standard output");
   app.footer(
       "Example: handover-verify plan.json --root /usr/share/handover\n"
-      "Exit codes: 0 valid, 1 invalid (a line for each violation), 2 unreadable or without a plan");
+      "Exit codes: 0 valid, 1 invalid (a line for each violation), 2 unreadable or without a "
+      "plan,\n"
+      "3 standard output cannot be written");
   app.set_version_flag("--version", std::string("handover-verify ") + HANDOVER_VERSION);
   try {
     app.parse(argc, argv);
@@ -64,4 +66,19 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     return unreadable(error.what(), json);
   }
+}
+
+/// A verdict that nobody could read is none.
+int checkedOutput(int code) {
+  std::cout.flush();
+  if (std::cout || code != kValid) return code;
+  std::cerr << "handover-verify: cannot write to standard output\n";
+  return kOutputNotWritable;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  return checkedOutput(run(argc, argv));
 }

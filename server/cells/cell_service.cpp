@@ -11,6 +11,7 @@
 #include <handover/common/log.hpp>
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <stdexcept>
 
@@ -63,64 +64,130 @@ Rejected badRequest(std::vector<Fault> faults) {
 
 }  // namespace
 
-CellService::CellService(const std::filesystem::path& root, const std::vector<std::string>& cells,
-                         const std::filesystem::path& cache_folder,
-                         ResourceCache::Progress progress, bool force)
-    : divide_(cache_folder, force, progress), cache_(cache_folder, std::move(progress), force) {
-  divide_.loadInRounds([&] {
-    cells_.clear();
-    models_.clear();
-    load(root, cells);
-    return true;
-  });
+struct CellService::Loaded {
+  Cell cell;
+  /// For meshes that requests bring.
+  DecompositionCache divide;
+  /// Without overrides.
+  Cell::Instance instance;
+  std::uint64_t revision;
+  std::string scene_hash;  ///< of the first task
+  /// By task object.
+  std::map<std::string, std::shared_ptr<const CollisionScene>> collision;
+
+  Loaded(Cell of, const DecompositionCache& dividing, Cell::Instance as_it_is, std::uint64_t number)
+      : cell(std::move(of)),
+        divide(dividing),
+        instance(std::move(as_it_is)),
+        revision(number),
+        scene_hash(sceneHash(*instance.scene, instance.tasks.front())) {
+    for (const auto& task : instance.tasks) {
+      auto& scene = collision[task.object];
+      if (!scene) scene = collisionForTask(*instance.scene, task.object);
+    }
+  }
+
+  CellInfo info() const {
+    return {cell.name(), cell.taskNames(), revision, cell.variations(), scene_hash};
+  }
+};
+
+namespace {
+
+template <typename Cells>
+auto* findCell(Cells& cells, const std::string& name) {
+  const auto found = std::find_if(cells.begin(), cells.end(),
+                                  [&](const auto& loaded) { return loaded.cell.name() == name; });
+  return found == cells.end() ? nullptr : &*found;
+}
+
+template <typename Cells>
+std::vector<CellInfo> infosOf(const Cells& cells) {
+  std::vector<CellInfo> infos;
+  for (const auto& loaded : cells) infos.push_back(loaded.info());
+  return infos;
+}
+
+template <typename Cells>
+void tellRemarks(const Cells& cells) {
   const auto log = logger("cells");
-  for (const Loaded& loaded : cells_) {
+  for (const auto& loaded : cells) {
     for (const FileFault& warning : loaded.cell.warnings()) log->warn("{}", warning.text());
     for (const FileFault& fact : loaded.cell.facts()) log->debug("{}", fact.text());
   }
 }
 
-void CellService::load(const std::filesystem::path& root, const std::vector<std::string>& cells) {
+}  // namespace
+
+struct CellService::Cells : ServedCells {
+  explicit Cells(std::vector<Loaded> cells) : ServedCells(infosOf(cells)), all(std::move(cells)) {}
+
+  const std::vector<Loaded> all;
+};
+
+CellService::CellService(std::filesystem::path root, std::vector<std::string> cells,
+                         std::filesystem::path cache_folder, ResourceCache::Progress progress,
+                         bool force, const Deadline& deadline)
+    : root_(std::move(root)),
+      cache_folder_(std::move(cache_folder)),
+      names_(std::move(cells)),
+      progress_(std::move(progress)),
+      cache_(cache_folder_, progress_, force) {
+  cells_ = load(1, DecompositionCache(cache_folder_, force, progress_, deadline));
+  if (deadline.over()) throw std::runtime_error("stopped while cells were read");
+}
+
+CellService::CellsPtr CellService::load(std::uint64_t revision,
+                                        const DecompositionCache& divide) const {
+  std::vector<Loaded> cells;
+  divide.loadInRounds([&] {
+    cells = loadAll(revision, divide);
+    return true;
+  });
+  tellRemarks(cells);
+  return std::make_shared<const Cells>(std::move(cells));
+}
+
+std::vector<CellService::Loaded> CellService::loadAll(std::uint64_t revision,
+                                                      const DecompositionCache& divide) const {
+  std::vector<Loaded> cells;
   std::vector<FileFault> faults;
-  for (const auto& name : cells) {
-    const auto file = cellFile(name, root);
-    Cell cell = Cell::load(file, root, models_, divide_);
-    if (find(cell.name()) != nullptr) {
+  ModelCache models;
+  for (const auto& name : names_) {
+    const auto file = cellFile(name, root_);
+    Cell cell = Cell::load(file, root_, models, divide);
+    if (findCell(cells, cell.name()) != nullptr) {
       faults.push_back({file.string(), 0, "a cell named '" + cell.name() + "' is loaded already"});
       continue;
     }
-    auto instance = cell.instantiate({}, 1);
+    auto instance = cell.instantiate({}, revision);
     if (auto* found = std::get_if<std::vector<Fault>>(&instance)) {
       for (const auto& fault : *found) {
         faults.push_back({file.string(), 0, fault.field + ": " + fault.message});
       }
       continue;
     }
-    Loaded loaded{std::move(cell), std::get<Cell::Instance>(std::move(instance)), {}, 1, {}};
-    loaded.scene_hash = sceneHash(*loaded.instance.scene, loaded.instance.tasks.front());
-    for (const auto& task : loaded.instance.tasks) {
-      auto& collision = loaded.collision[task.object];
-      if (!collision) collision = collisionForTask(*loaded.instance.scene, task.object);
-    }
-    cells_.push_back(std::move(loaded));
+    cells.emplace_back(std::move(cell), divide, std::get<Cell::Instance>(std::move(instance)),
+                       revision);
   }
   if (!faults.empty()) throw FileError(std::move(faults));
+  return cells;
 }
 
-const CellService::Loaded* CellService::find(const std::string& cell) const {
-  for (const auto& loaded : cells_) {
-    if (loaded.cell.name() == cell) return &loaded;
-  }
-  return nullptr;
+CellService::CellsPtr CellService::current() const {
+  const MutexLock lock(mutex_);
+  return cells_;
 }
 
-std::vector<CellInfo> CellService::cells() const {
-  std::vector<CellInfo> infos;
-  for (const auto& loaded : cells_) {
-    infos.push_back({loaded.cell.name(), loaded.cell.taskNames(), loaded.revision,
-                     loaded.cell.variations(), loaded.scene_hash});
-  }
-  return infos;
+std::shared_ptr<const ServedCells> CellService::served() const { return current(); }
+
+void CellService::reload(const Deadline& deadline) {
+  const std::uint64_t revision = current()->all.front().revision + 1;
+  auto cells = load(revision, DecompositionCache(cache_folder_, false, progress_, deadline));
+  if (deadline.over()) throw std::runtime_error("stopped while cells were read");
+  const MutexLock lock(mutex_);
+  cells_ = std::move(cells);
+  next_to_prepare_ = 0;
 }
 
 void CellService::prepareCell(const Loaded& loaded, const Deadline& deadline) {
@@ -132,17 +199,27 @@ void CellService::prepareCell(const Loaded& loaded, const Deadline& deadline) {
 }
 
 bool CellService::prepareNext(const Deadline& deadline) {
-  if (next_to_prepare_ == cells_.size()) return false;
-  prepareCell(cells_[next_to_prepare_], deadline);
-  return ++next_to_prepare_ < cells_.size();
+  CellsPtr cells;
+  std::size_t next = 0;
+  {
+    const MutexLock lock(mutex_);
+    cells = cells_;
+    next = next_to_prepare_;
+  }
+  if (next == cells->all.size()) return false;
+  prepareCell(cells->all[next], deadline);
+  const MutexLock lock(mutex_);
+  if (cells_ != cells) return true;  // they were read again meanwhile
+  return ++next_to_prepare_ < cells->all.size();
 }
 
 void CellService::prepareAll(const Deadline& deadline) {
-  for (const Loaded& loaded : cells_) prepareCell(loaded, deadline);
+  for (const Loaded& loaded : current()->all) prepareCell(loaded, deadline);
 }
 
-void CellService::prepare(const PlanRequest& request, const Deadline& deadline) {
-  (void)problemOf(request, deadline, Missing::kMake);
+void CellService::prepare(const ServedCells& cells, const PlanRequest& request,
+                          const Deadline& deadline) {
+  (void)problemOf(static_cast<const Cells&>(cells), request, deadline, Missing::kMake);
 }
 
 std::vector<RobotResources> CellService::resources(const Scene& scene, const std::string& object,
@@ -164,12 +241,12 @@ std::vector<RobotResources> CellService::resources(const Scene& scene, const std
 std::variant<Cell::Instance, std::vector<Fault>> CellService::instanceOf(const Loaded& loaded,
                                                                          const PlanRequest& request,
                                                                          const Deadline& deadline,
-                                                                         Missing missing) const {
+                                                                         Missing missing) {
   if (request.overrides.empty()) return loaded.instance;
   const auto divide = [&](const TriangleMesh& mesh) -> Result<std::vector<TriangleMesh>> {
-    if (auto known = divide_.known(mesh)) return std::move(*known);
+    if (auto known = loaded.divide.known(mesh)) return std::move(*known);
     if (missing == Missing::kThrow) throw NotPrepared("a mesh that is not divided");
-    auto parts = divide_.parts(mesh, deadline);
+    auto parts = loaded.divide.parts(mesh, deadline);
     if (deadline.over()) throw std::runtime_error("a mesh is not divided");
     return parts;
   };
@@ -247,9 +324,9 @@ std::variant<TransportProblem, Outcome> CellService::problemOf(const Loaded& loa
   return problem;
 }
 
-std::variant<const CellService::Loaded*, Outcome> CellService::cellOf(
-    const PlanRequest& request) const {
-  const Loaded* loaded = find(request.cell);
+std::variant<const CellService::Loaded*, Outcome> CellService::cellOf(const Cells& cells,
+                                                                      const PlanRequest& request) {
+  const Loaded* loaded = findCell(cells.all, request.cell);
   if (loaded == nullptr)
     return Rejected{RejectionReason::kUnknownCell, {{"cell", "no cell '" + request.cell + "'"}}};
   if (request.expected_revision && *request.expected_revision != loaded->revision) {
@@ -264,22 +341,30 @@ std::variant<const CellService::Loaded*, Outcome> CellService::cellOf(
   return loaded;
 }
 
-std::variant<TransportProblem, Outcome> CellService::problemOf(const PlanRequest& request,
+std::variant<TransportProblem, Outcome> CellService::problemOf(const Cells& cells,
+                                                               const PlanRequest& request,
                                                                const Deadline& deadline,
                                                                Missing missing) {
-  auto cell = cellOf(request);
+  auto cell = cellOf(cells, request);
   if (auto* refused = std::get_if<Outcome>(&cell)) return std::move(*refused);
   return problemOf(*std::get<const Loaded*>(cell), request, deadline, missing);
 }
 
-std::optional<Outcome> CellService::plan(const PlanRequest& request, PlanEventSink& sink,
-                                         const Deadline& deadline, const OthersWait& others_wait) {
-  auto cell = cellOf(request);
+std::variant<TransportProblem, Outcome> CellService::problemOf(const PlanRequest& request,
+                                                               const Deadline& deadline,
+                                                               Missing missing) {
+  return problemOf(*current(), request, deadline, missing);
+}
+
+std::optional<Outcome> CellService::plan(const ServedCells& cells, const PlanRequest& request,
+                                         PlanEventSink& sink, const Deadline& deadline,
+                                         const OthersWait& others_wait) {
+  auto cell = cellOf(static_cast<const Cells&>(cells), request);
   if (auto* refused = std::get_if<Outcome>(&cell)) return std::move(*refused);
+  const Loaded& loaded = *std::get<const Loaded*>(cell);
   TransportProblem problem;
   bool placed = false;
   try {
-    const Loaded& loaded = *std::get<const Loaded*>(cell);
     if (auto refused = resolve(loaded, request, deadline, Missing::kThrow, problem)) return refused;
     placed = true;
     equip(problem, deadline, Missing::kThrow);
@@ -287,7 +372,7 @@ std::optional<Outcome> CellService::plan(const PlanRequest& request, PlanEventSi
     // Nothing is made for an object that cannot stand where it is said to.
     return placed && !problem.task.held_by ? unfitScene(problem, sink) : std::nullopt;
   }
-  return solve(request, problem, sink, deadline, others_wait);
+  return solve(loaded, request, problem, sink, deadline, others_wait);
 }
 
 std::optional<Outcome> CellService::unfitScene(TransportProblem& problem, PlanEventSink& sink) {
@@ -302,14 +387,19 @@ std::optional<Outcome> CellService::unfitScene(TransportProblem& problem, PlanEv
 
 Outcome CellService::planAlone(const PlanRequest& request, PlanEventSink& sink,
                                const Deadline& deadline) {
-  auto problem = problemOf(request, deadline, Missing::kMake);
+  const CellsPtr cells = current();
+  auto cell = cellOf(*cells, request);
+  if (auto* refused = std::get_if<Outcome>(&cell)) return std::move(*refused);
+  const Loaded& loaded = *std::get<const Loaded*>(cell);
+  auto problem = problemOf(loaded, request, deadline, Missing::kMake);
   if (auto* refused = std::get_if<Outcome>(&problem)) return std::move(*refused);
-  return solve(request, std::get<TransportProblem>(problem), sink, deadline, [] { return false; });
+  return solve(loaded, request, std::get<TransportProblem>(problem), sink, deadline,
+               [] { return false; });
 }
 
-Outcome CellService::solve(const PlanRequest& request, const TransportProblem& problem,
-                           PlanEventSink& sink, const Deadline& deadline,
-                           const OthersWait& others_wait) {
+Outcome CellService::solve(const Loaded& loaded, const PlanRequest& request,
+                           const TransportProblem& problem, PlanEventSink& sink,
+                           const Deadline& deadline, const OthersWait& others_wait) {
   SearchEffort effort;
   Outcome outcome = planTransport(problem, sink, deadline, &effort);
   auto* failed = std::get_if<Failed>(&outcome);
@@ -319,7 +409,7 @@ Outcome CellService::solve(const PlanRequest& request, const TransportProblem& p
   sink.emit(Failure{failed->reason, why});
   sink.emit(workspacesOf(problem, *failed));
   if (request.wants_fix) {
-    addNearestFix(*find(request.cell), request, problem, deadline, others_wait,
+    addNearestFix(loaded, request, problem, deadline, others_wait,
                   std::max(kLeastFixWork, effort.work()), *failed);
   }
   if (!why.nearest_fix.empty()) sink.emit(Fix{why.nearest_fix, why.fix_text});

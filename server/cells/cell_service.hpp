@@ -8,8 +8,10 @@
 #include "runtime/plan_service.hpp"
 #include "settings/cell_file.hpp"
 
+#include <handover/common/mutex.hpp>
+
+#include <cstdint>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <string>
 #include <variant>
@@ -17,19 +19,23 @@
 
 namespace handover {
 
-/// The cells of one daemon.
+/// The cells of one daemon. Safe from any thread.
 class CellService : public PlanService {
  public:
-  /// Loads every cell (names under <root>/config/cells or files). @throws FileError.
-  CellService(const std::filesystem::path& root, const std::vector<std::string>& cells,
-              const std::filesystem::path& cache_folder, ResourceCache::Progress progress,
-              bool force);
+  /// Loads every cell (names under <root>/config/cells or files). @throws FileError;
+  /// std::runtime_error past the deadline.
+  CellService(std::filesystem::path root, std::vector<std::string> cells,
+              std::filesystem::path cache_folder, ResourceCache::Progress progress, bool force,
+              const Deadline& deadline = {});
 
-  std::vector<CellInfo> cells() const override;
+  std::shared_ptr<const ServedCells> served() const override;
+  void reload(const Deadline& deadline) override;
   bool prepareNext(const Deadline& deadline) override;
-  void prepare(const PlanRequest& request, const Deadline& deadline) override;
-  std::optional<Outcome> plan(const PlanRequest& request, PlanEventSink& sink,
-                              const Deadline& deadline, const OthersWait& others_wait) override;
+  void prepare(const ServedCells& cells, const PlanRequest& request,
+               const Deadline& deadline) override;
+  std::optional<Outcome> plan(const ServedCells& cells, const PlanRequest& request,
+                              PlanEventSink& sink, const Deadline& deadline,
+                              const OthersWait& others_wait) override;
 
   /// Every cell.
   void prepareAll(const Deadline& deadline);
@@ -43,28 +49,24 @@ class CellService : public PlanService {
                                                     Missing missing = Missing::kMake);
 
  private:
-  struct Loaded {
-    Cell cell;
-    /// Without overrides.
-    Cell::Instance instance;
-    /// By task object.
-    std::map<std::string, std::shared_ptr<const CollisionScene>> collision;
-    std::uint64_t revision = 1;
-    std::string scene_hash;  ///< of the first task
-  };
+  struct Loaded;
+  struct Cells;
+  using CellsPtr = std::shared_ptr<const Cells>;
 
-  void load(const std::filesystem::path& root, const std::vector<std::string>& cells);
-  const Loaded* find(const std::string& cell) const;
+  CellsPtr current() const;
+  CellsPtr load(std::uint64_t revision, const DecompositionCache& divide) const;
+  std::vector<Loaded> loadAll(std::uint64_t revision, const DecompositionCache& divide) const;
   void prepareCell(const Loaded& loaded, const Deadline& deadline);
   std::vector<RobotResources> resources(const Scene& scene, const std::string& object,
                                         const Deadline& deadline, Missing missing);
   /// The cell as the request has it; or every fault.
   /// @throws NotPrepared; std::runtime_error past the deadline
-  std::variant<Cell::Instance, std::vector<Fault>> instanceOf(const Loaded& loaded,
-                                                              const PlanRequest& request,
-                                                              const Deadline& deadline,
-                                                              Missing missing) const;
-  std::variant<const Loaded*, Outcome> cellOf(const PlanRequest& request) const;
+  static std::variant<Cell::Instance, std::vector<Fault>> instanceOf(const Loaded& loaded,
+                                                                     const PlanRequest& request,
+                                                                     const Deadline& deadline,
+                                                                     Missing missing);
+  static std::variant<const Loaded*, Outcome> cellOf(const Cells& cells,
+                                                     const PlanRequest& request);
   /// The request against the cell, without maps and grasps; or the outcome of one that cannot be
   /// planned at all. @throws as instanceOf()
   std::optional<Outcome> resolve(const Loaded& loaded, const PlanRequest& request,
@@ -74,22 +76,27 @@ class CellService : public PlanService {
   void equip(TransportProblem& problem, const Deadline& deadline, Missing missing);
   /// The failure that shows without maps and grasps, told at once; if any.
   static std::optional<Outcome> unfitScene(TransportProblem& problem, PlanEventSink& sink);
-  /// The request against the cell; or the outcome of one that cannot be planned at all.
+  /// As the public one.
+  std::variant<TransportProblem, Outcome> problemOf(const Cells& cells, const PlanRequest& request,
+                                                    const Deadline& deadline, Missing missing);
   std::variant<TransportProblem, Outcome> problemOf(const Loaded& loaded,
                                                     const PlanRequest& request,
                                                     const Deadline& deadline, Missing missing);
-  Outcome solve(const PlanRequest& request, const TransportProblem& problem, PlanEventSink& sink,
-                const Deadline& deadline, const OthersWait& others_wait);
+  Outcome solve(const Loaded& loaded, const PlanRequest& request, const TransportProblem& problem,
+                PlanEventSink& sink, const Deadline& deadline, const OthersWait& others_wait);
   /// Adds to an explanation what would help.
   void addNearestFix(const Loaded& loaded, const PlanRequest& request,
                      const TransportProblem& problem, const Deadline& deadline,
                      const OthersWait& others_wait, std::uint64_t most_work, Failed& failed);
 
-  std::vector<Loaded> cells_;
-  std::size_t next_to_prepare_ = 0;
-  ModelCache models_;
-  DecompositionCache divide_;
+  const std::filesystem::path root_, cache_folder_;
+  const std::vector<std::string> names_;
+  const ResourceCache::Progress progress_;
   ResourceCache cache_;
+
+  mutable Mutex mutex_;
+  CellsPtr cells_ HANDOVER_GUARDED_BY(mutex_);
+  std::size_t next_to_prepare_ HANDOVER_GUARDED_BY(mutex_) = 0;  // of cells_
 };
 
 }  // namespace handover

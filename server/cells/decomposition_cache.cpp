@@ -41,6 +41,7 @@ struct DecompositionCache::Data {
   std::filesystem::path folder;
   bool force;
   Progress progress;
+  Deadline until;
   std::atomic<bool> looking = false;
   Mutex mutex;
   std::set<std::uint64_t> missing HANDOVER_GUARDED_BY(mutex);  ///< found while looking
@@ -107,17 +108,18 @@ struct DecompositionCache::Data {
 };
 
 DecompositionCache::DecompositionCache(const std::filesystem::path& folder, bool force,
-                                       Progress progress)
+                                       Progress progress, const Deadline& until)
     : data_(std::make_shared<Data>()) {
   if (!folder.empty()) data_->folder = folder / "parts";
   data_->force = force;
   data_->progress = std::move(progress);
+  data_->until = until;
 }
 
 DecompositionCache::~DecompositionCache() = default;
 
 Result<Parts> DecompositionCache::operator()(const TriangleMesh& mesh) const {
-  return parts(mesh, {});
+  return parts(mesh, data_->until);
 }
 
 Result<Parts> DecompositionCache::parts(const TriangleMesh& mesh, const Deadline& deadline) const {

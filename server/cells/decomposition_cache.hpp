@@ -23,8 +23,9 @@ class DecompositionCache {
   using Progress = std::function<void(const std::string& what, double fraction)>;
 
   /// `force`: make everything anew, whatever the folder holds, but each mesh once. An empty folder
-  /// name: nothing is kept on disk.
-  DecompositionCache(const std::filesystem::path& folder, bool force, Progress progress = {});
+  /// name: nothing is kept on disk. `until`: what the call without a deadline is given up at.
+  DecompositionCache(const std::filesystem::path& folder, bool force, Progress progress = {},
+                     const Deadline& until = {});
   ~DecompositionCache();
 
   Result<std::vector<TriangleMesh>> operator()(const TriangleMesh& mesh) const;

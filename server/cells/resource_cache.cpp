@@ -70,9 +70,12 @@ ResourceCache::ResourceCache(std::filesystem::path folder, Progress progress, bo
 std::shared_ptr<const ArmKinematics> ResourceCache::kinematics(
     const std::shared_ptr<const RobotModel>& model, ArmId arm) {
   const MutexLock lock(mutex_);
+  std::erase_if(kinematics_, [](const auto& known) { return known.second.model.expired(); });
   auto& entry = kinematics_[{model.get(), arm}];
-  if (!entry) entry = std::make_shared<const ArmKinematics>(*model, arm);
-  return entry;
+  if (!entry.kinematics) {
+    entry = {model, std::make_shared<const ArmKinematics>(*model, arm)};
+  }
+  return entry.kinematics;
 }
 
 template <typename Product, typename Make>

@@ -61,6 +61,11 @@ class ResourceCache {
   /// The maps of a robot's arms, made together.
   using RobotMaps = std::vector<std::shared_ptr<const ReachabilityMap>>;
 
+  struct ModelKinematics {
+    std::weak_ptr<const RobotModel> model;  ///< gone with its cells when they are read again
+    std::shared_ptr<const ArmKinematics> kinematics;
+  };
+
   struct MapFile {
     std::filesystem::path path;
     std::uint64_t hash;
@@ -83,7 +88,7 @@ class ResourceCache {
   // Shelves are guarded too; clang does not follow them into get().
   Shelf<RobotMaps> maps_;
   Shelf<GraspSet> grasps_;
-  std::map<std::pair<const RobotModel*, ArmId>, std::shared_ptr<const ArmKinematics>> kinematics_
+  std::map<std::pair<const RobotModel*, ArmId>, ModelKinematics> kinematics_
       HANDOVER_GUARDED_BY(mutex_);
 };
 

@@ -102,7 +102,7 @@ class TaskFindings {
 std::vector<SceneFinding> sceneFindings(CellService& service, const std::string& cell,
                                         const Deadline& deadline) {
   std::vector<SceneFinding> all;
-  for (const CellInfo& info : service.cells()) {
+  for (const CellInfo& info : service.served()->infos) {
     if (info.name != cell) continue;
     for (const std::string& task : info.tasks) {
       PlanRequest request;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/runtime.hpp"
 
+#include "runtime/request_log.hpp"
 #include "runtime/thread_name.hpp"
 
 #include <handover/common/check.hpp>
@@ -37,33 +38,26 @@ std::uint64_t residentBytes() {
   return statm ? resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) : 0;
 }
 
-std::string textOf(const Outcome& outcome) {
-  if (const auto* done = std::get_if<Done>(&outcome)) {
-    return done->complete ? "done" : "done, cut by the deadline";
-  }
-  if (const auto* fail = std::get_if<Failed>(&outcome)) {
-    return std::string("failed: ") + toString(fail->reason) + " (" + fail->explanation.text + ")";
-  }
-  if (const auto* rejected = std::get_if<Rejected>(&outcome)) {
-    return std::string("rejected: ") + toString(rejected->reason);
-  }
-  return std::string("cancelled: ") + toString(std::get<Cancelled>(outcome).cause);
-}
-
 }  // namespace
 
 /// The answer to one request. Used by one thread at a time: who took it from the queue owns it.
 class Runtime::Stream : public PlanEventSink {
  public:
-  Stream(Endpoint& endpoint, PlanRequest taken)
-      : request(std::move(taken)), taken_at(Clock::now()), endpoint_(endpoint) {
-    if (!request.deadline_s) return;
+  /// @param served  cells from which it is answered; null for one that none of them is asked for
+  /// @param patience_s  its deadline where it names none
+  Stream(Endpoint& endpoint, PlanRequest taken, CellsPtr served = nullptr,
+         std::optional<double> patience_s = {})
+      : request(std::move(taken)),
+        cells(std::move(served)),
+        taken_at(Clock::now()),
+        endpoint_(endpoint) {
+    facts.task = request.task;
+    const std::optional<double> seconds = request.deadline_s ? request.deadline_s : patience_s;
     // Deadlines beyond a day are no deadlines; the clock would overflow on absurd ones.
-    if (*request.deadline_s < 86'400.0) {
-      deadline_at = taken_at + std::chrono::duration_cast<Clock::duration>(
-                                   std::chrono::duration<double>(*request.deadline_s));
-      deadline = Deadline(*deadline_at);
-    }
+    if (!seconds || *seconds >= 86'400.0) return;
+    deadline_at = taken_at + std::chrono::duration_cast<Clock::duration>(
+                                 std::chrono::duration<double>(*seconds));
+    deadline = Deadline(*deadline_at);
   }
 
   /// @throws std::logic_error when the payload is beyond what the wire carries.
@@ -72,6 +66,7 @@ class Runtime::Stream : public PlanEventSink {
     const auto faults = check(event);
     if (!faults.empty()) throw std::logic_error("invalid plan event:" + describe(faults));
     ++next_sequence_;
+    note(event.payload);
     endpoint_.publish(request.client_id, event);
   }
 
@@ -91,12 +86,27 @@ class Runtime::Stream : public PlanEventSink {
   double elapsed() const { return std::chrono::duration<double>(Clock::now() - taken_at).count(); }
 
   const PlanRequest request;
+  const CellsPtr cells;
   const Clock::time_point taken_at;
   std::optional<Clock::time_point> deadline_at;
   Deadline deadline;
   int prepared = 0;  ///< how often what it needs was made for it
+  // Guarded by the runtime's mutex.
+  std::uint64_t place = 0;  ///< among the requests accepted
+  bool on_worker = false;   ///< from its turn on, but while it lacks something
+  AnswerFacts facts;
 
  private:
+  /// What the log will tell.
+  void note(const PlanEventPayload& payload) {
+    if (const auto* accepted = std::get_if<Accepted>(&payload)) {
+      facts.scene_hash = accepted->scene_hash;
+    } else if (const auto* scene = std::get_if<SceneSnapshot>(&payload)) {
+      facts.task = scene->task;
+      facts.scene_hash = scene->scene_hash;
+    }
+  }
+
   Endpoint& endpoint_;
   const AnswerId answer_id_ = RequestId::random().bytes;
   std::uint32_t next_sequence_ = 0;
@@ -104,7 +114,10 @@ class Runtime::Stream : public PlanEventSink {
 };
 
 Runtime::Runtime(PlanService& service, Endpoint& endpoint, RuntimeSettings settings)
-    : service_(service), endpoint_(endpoint), settings_(std::move(settings)) {}
+    : service_(service),
+      endpoint_(endpoint),
+      settings_(std::move(settings)),
+      accounts_(settings_.client_limits) {}
 
 Runtime::~Runtime() { stop(); }
 
@@ -119,14 +132,12 @@ void Runtime::start() {
 
 void Runtime::stop() {
   endpoint_.stopReceiving();
-  std::deque<StreamPtr> queued;
+  std::vector<StreamPtr> queued;
   {
     const MutexLock lock(mutex_);
     if (stopping_) return;
     stopping_ = true;
-    queued.swap(queue_);
-    queued.insert(queued.end(), unprepared_.begin(), unprepared_.end());
-    unprepared_.clear();
+    queued = extract([](const StreamPtr&) { return true; });
     preparing_.cancel();
     for (const auto& [id, stream] : open_) stream->cancel(CancelCause::kDaemonStopping);
   }
@@ -139,12 +150,31 @@ void Runtime::stop() {
   endpoint_.flush(2s);
 }
 
+void Runtime::reload(const Deadline& deadline) {
+  const auto log = logger("runtime");
+  try {
+    service_.reload(deadline);
+  } catch (const std::exception& error) {
+    log->error("the cells stay as they are: {}", error.what());
+    return;
+  }
+  log->info("the cells were read again");
+  {
+    const MutexLock lock(mutex_);
+    ready_ = false;
+    changed_ = true;
+  }
+  lacks_.notify_one();
+  report_.notify_one();
+}
+
 // Requests, on the endpoint's threads.
 
-Runtime::CellRoute Runtime::route(const std::string& cell, CellInfo& info) const {
-  for (CellInfo& ours : service_.cells()) {
+Runtime::CellRoute Runtime::route(const ServedCells& served, const std::string& cell,
+                                  CellInfo& info) const {
+  for (const CellInfo& ours : served.infos) {
     if (ours.name != cell) continue;
-    info = std::move(ours);
+    info = ours;
     return CellRoute::kOurs;
   }
   // Of the daemons that are there, the one of lowest id answers for a cell that none of them has.
@@ -171,33 +201,43 @@ Runtime::Asked Runtime::asked(const PlanRequest& request) {
   return Asked::kAgain;
 }
 
+std::string Runtime::admit(const StreamPtr& stream, std::uint32_t& ahead) {
+  const std::string& client = stream->request.client_id;
+  const MutexLock lock(mutex_);
+  if (waiting() >= settings_.queue_capacity) {
+    return fmt::format("the queue is full: {} requests wait", settings_.queue_capacity);
+  }
+  const auto of_client = std::count_if(open_.begin(), open_.end(), [&](const auto& open) {
+    return open.second->request.client_id == client && !open.second->on_worker;
+  });
+  if (static_cast<std::size_t>(of_client) >= settings_.client_queue) {
+    return fmt::format("{} requests of this client wait, as many as may", settings_.client_queue);
+  }
+  if (std::string why_not = accounts_.refusal(client, Clock::now()); !why_not.empty()) {
+    return why_not;
+  }
+  ahead = static_cast<std::uint32_t>(queue_.size()) + running_;
+  stream->place = counters_.accepted++;
+  open_[stream->request.id] = stream;
+  return "";
+}
+
 bool Runtime::onRequest(const PlanRequest& request) {
+  const CellsPtr served = service_.served();
   CellInfo cell;
-  const CellRoute where = route(request.cell, cell);
+  const CellRoute where = route(*served, request.cell, cell);
   if (where == CellRoute::kOthers) return false;
   if (const Asked how = asked(request); how != Asked::kFirst) return how == Asked::kAgain;
 
-  auto stream = std::make_shared<Stream>(endpoint_, request);
+  auto stream = std::make_shared<Stream>(endpoint_, request, served, settings_.deadline_s);
   if (where == CellRoute::kNobodys) {
     reject(stream, RejectionReason::kUnknownCell,
            {{"cell", "no daemon serves a cell named '" + request.cell + "'"}});
     return true;
   }
   std::uint32_t ahead = 0;
-  bool full = false;
-  {
-    const MutexLock lock(mutex_);
-    full = waiting() >= settings_.queue_capacity;
-    ahead = static_cast<std::uint32_t>(queue_.size()) + running_;
-    if (!full) {
-      open_[request.id] = stream;
-      ++counters_.accepted;
-    }
-  }
-  if (full) {
-    reject(stream, RejectionReason::kBusy,
-           {{"",
-             "the queue is full: " + std::to_string(settings_.queue_capacity) + " requests wait"}});
+  if (const std::string why_not = admit(stream, ahead); !why_not.empty()) {
+    reject(stream, RejectionReason::kBusy, {{"", why_not}});
     return true;
   }
   Accepted accepted;
@@ -207,10 +247,12 @@ bool Runtime::onRequest(const PlanRequest& request) {
   accepted.scene_hash = cell.scene_hash;
   accepted.queue_place = ahead;
   stream->emit(std::move(accepted));
+  logger("runtime")->debug("request {} of {}: accepted, {} ahead", request.id.hex(),
+                           request.client_id, ahead);
   {
     // Only this thread adds to the queue, so there is still room.
     const MutexLock lock(mutex_);
-    queue_.push_back(stream);
+    queue_.push(request.client_id, stream->place, stream);
     changed_ = true;
   }
   work_.notify_one();
@@ -229,20 +271,15 @@ bool Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id
 }
 
 void Runtime::onCancel(const RequestId& id, CancelCause cause) {
-  StreamPtr queued;
+  std::vector<StreamPtr> queued;
   {
     const MutexLock lock(mutex_);
     const auto found = open_.find(id);
     if (found == open_.end()) return;
     found->second->cancel(cause);
-    for (std::deque<StreamPtr>* waiting : {&queue_, &unprepared_}) {
-      const auto at = std::find(waiting->begin(), waiting->end(), found->second);
-      if (at == waiting->end()) continue;
-      queued = *at;
-      waiting->erase(at);
-    }
+    queued = extract([&](const StreamPtr& stream) { return stream == found->second; });
   }
-  if (queued) finish(queued, Cancelled{cause});
+  for (const auto& stream : queued) finish(stream, Cancelled{cause});
 }
 
 void Runtime::reject(const StreamPtr& stream, RejectionReason reason, std::vector<Fault> faults) {
@@ -275,16 +312,15 @@ void Runtime::finish(const StreamPtr& stream, Outcome outcome) {
 }
 
 void Runtime::send(Stream& stream, Outcome outcome) {
-  const std::string text = textOf(outcome);
-  const std::string id = stream.request.id.hex();
+  if (stream.facts.queued_s == 0) stream.facts.queued_s = stream.elapsed();  // no worker took it
   try {
-    stream.emit(std::move(outcome));
+    stream.emit(outcome);
   } catch (const std::logic_error& error) {
-    logger("runtime")->error("request {}: {}", id, error.what());
-    stream.emit(failed(FailureReason::kInternal, "runtime", "The outcome cannot be sent."));
+    logger("runtime")->error("request {}: {}", stream.request.id.hex(), error.what());
+    outcome = failed(FailureReason::kInternal, "runtime", "The outcome cannot be sent.");
+    stream.emit(outcome);
   }
-  logger("runtime")->info("request {} of {}: {}, {:.1f} ms", id, stream.request.client_id, text,
-                          1e3 * stream.elapsed());
+  logAnswer(stream.request, stream.facts, outcome);
 }
 
 bool Runtime::othersWait() const {
@@ -313,7 +349,8 @@ std::optional<Outcome> Runtime::answer(Stream& stream) {
     if (stream.prepared > kMostPreparations) {
       return failed(FailureReason::kInternal, "prepare", "What it needs is gone as soon as made.");
     }
-    return service_.plan(stream.request, stream, stream.deadline, [this] { return othersWait(); });
+    return service_.plan(*stream.cells, stream.request, stream, stream.deadline,
+                         [this] { return othersWait(); });
   } catch (const std::exception& error) {
     logger("runtime")->error("request {}: {}", stream.request.id.hex(), error.what());
     return failed(FailureReason::kInternal, "internal", error.what());
@@ -323,23 +360,19 @@ std::optional<Outcome> Runtime::answer(Stream& stream) {
   }
 }
 
-void Runtime::expire(std::deque<StreamPtr>& waiting, std::vector<StreamPtr>& late) {
-  for (auto it = waiting.begin(); it != waiting.end();) {
-    if ((*it)->deadline.over()) {
-      late.push_back(*it);
-      it = waiting.erase(it);
-    } else {
-      ++it;
-    }
-  }
+template <typename Condition>
+std::vector<Runtime::StreamPtr> Runtime::extract(Condition condition) {
+  std::vector<StreamPtr> taken = queue_.extract(condition);
+  std::vector<StreamPtr> more = unprepared_.extract(condition);
+  taken.insert(taken.end(), more.begin(), more.end());
+  return taken;
 }
 
 void Runtime::expireQueued() {
   std::vector<StreamPtr> late;
   {
     const MutexLock lock(mutex_);
-    expire(queue_, late);
-    expire(unprepared_, late);
+    late = extract([](const StreamPtr& stream) { return stream->deadline.over(); });
   }
   for (const auto& stream : late) {
     finish(stream, failed(FailureReason::kDeadline, "queue", "The deadline passed in the queue."));
@@ -354,7 +387,7 @@ void Runtime::publishStatus() {
   DaemonStatus status;
   status.id = settings_.id;
   status.version = settings_.version;
-  status.cells = service_.cells();
+  status.cells = service_.served()->infos;
   status.memory_bytes = residentBytes();
   {
     const MutexLock lock(mutex_);
@@ -367,6 +400,7 @@ void Runtime::publishStatus() {
     status.counters = counters_;
   }
   endpoint_.publishStatus(status);
+  if (settings_.alive) settings_.alive();
 }
 
 // Threads.
@@ -378,37 +412,38 @@ Runtime::StreamPtr Runtime::nextUnprepared(bool& stop) {
   });
   stop = stopping_;
   if (stop || unprepared_.empty()) return nullptr;
-  StreamPtr stream = unprepared_.front();
-  unprepared_.pop_front();
   ++being_prepared_;
-  return stream;
+  return unprepared_.pop();
 }
 
 /// Makes what a request lacks and queues it again, before those that came after it.
 void Runtime::prepareRequest(const StreamPtr& stream) {
   std::optional<Outcome> failure;
   ++stream->prepared;
+  const double began_s = stream->elapsed();
+  logger("runtime")->debug("request {}: what it lacks is made", stream->request.id.hex());
   try {
-    service_.prepare(stream->request, stream->deadline);
+    service_.prepare(*stream->cells, stream->request, stream->deadline);
   } catch (const std::exception& error) {
     if (!stream->deadline.over())
       failure = failed(FailureReason::kInternal, "prepare", error.what());
   } catch (...) {
     failure = failed(FailureReason::kInternal, "prepare", "unknown exception");
   }
+  const double took_s = stream->elapsed() - began_s;
+  stream->facts.prepared_s += took_s;
   {
     const MutexLock lock(mutex_);
     --being_prepared_;
+    unprepared_.finished(stream->request.client_id, took_s);
+    accounts_.charge(stream->request.client_id, took_s, 0, Clock::now());
     changed_ = true;
     if (!failure && stopping_) failure = Cancelled{CancelCause::kDaemonStopping};
     if (!failure && stream->deadline.state() == Deadline::State::kPassed) {
       failure = failed(FailureReason::kDeadline, "prepare",
                        "The deadline passed while parts, maps or grasps were made.");
     }
-    if (!failure) {
-      const auto later = [&](const StreamPtr& it) { return it->taken_at > stream->taken_at; };
-      queue_.insert(std::find_if(queue_.begin(), queue_.end(), later), stream);
-    }
+    if (!failure) queue_.push(stream->request.client_id, stream->place, stream);
   }
   if (failure) return finish(stream, std::move(*failure));
   work_.notify_one();
@@ -426,15 +461,22 @@ void Runtime::prepareCell() {
     failure = "unknown exception";
   }
   if (more || preparing_.over()) return;
-  if (!failure.empty()) logger("runtime")->error("preparing failed: {}", failure);
+  if (failure.empty()) {
+    logger("runtime")->info("ready: all cells are prepared");
+  } else {
+    logger("runtime")->error("preparing failed: {}", failure);
+  }
+  bool fatal = false;
   {
     const MutexLock lock(mutex_);
-    ready_ = true;
+    // Cells that were read again fail their own requests; others go on.
+    fatal = !failure.empty() && !was_ready_;
+    ready_ = was_ready_ = true;
     changed_ = true;
-    if (!failure.empty()) prepare_failure_ = "preparing failed: " + failure;
+    if (fatal) prepare_failure_ = "preparing failed: " + failure;
   }
   report_.notify_one();
-  if (!failure.empty() && settings_.on_prepare_failed) settings_.on_prepare_failed(failure);
+  if (fatal && settings_.on_prepare_failed) settings_.on_prepare_failed(failure);
 }
 
 void Runtime::prepareLoop() noexcept {
@@ -459,18 +501,27 @@ void Runtime::workerLoop(int index) noexcept {
       MutexLock lock(mutex_);
       work_.wait(lock, [this]() HANDOVER_REQUIRES(mutex_) { return stopping_ || !queue_.empty(); });
       if (stopping_) return;  // stop() answers what is queued
-      stream = queue_.front();
-      queue_.pop_front();
+      stream = queue_.pop();
+      stream->on_worker = true;
       ++running_;
       changed_ = true;
     }
     report_.notify_one();
+    AnswerFacts& facts = stream->facts;
+    const double began_s = stream->elapsed();
+    if (facts.queued_s == 0) facts.queued_s = began_s;
     std::optional<Outcome> outcome = answer(*stream);
+    const double took_s = stream->elapsed() - began_s;
+    facts.planned_s += took_s;
     {
+      const std::string& client = stream->request.client_id;
       const MutexLock lock(mutex_);
       --running_;
+      queue_.finished(client, took_s);
+      accounts_.charge(client, took_s, 0, Clock::now());
       if (!outcome && stopping_) outcome = Cancelled{CancelCause::kDaemonStopping};
-      if (!outcome) unprepared_.push_back(stream);
+      stream->on_worker = outcome.has_value();
+      if (!outcome) unprepared_.push(client, stream->place, stream);
       changed_ = true;
     }
     if (outcome) finish(stream, std::move(*outcome));
@@ -489,11 +540,11 @@ void Runtime::statusLoop() noexcept {
     // At most 20 reports a second, at least one; queued deadlines in time.
     report_.wait_for(lock, 50ms, [this]() HANDOVER_REQUIRES(mutex_) { return stopping_; });
     auto until = Clock::now() + 950ms;
-    for (const std::deque<StreamPtr>* waiting : {&queue_, &unprepared_}) {
-      for (const auto& stream : *waiting) {
-        if (stream->deadline_at) until = std::min(until, *stream->deadline_at);
-      }
-    }
+    const auto sooner = [&until](const StreamPtr& stream) {
+      if (stream->deadline_at) until = std::min(until, *stream->deadline_at);
+    };
+    queue_.forEach(sooner);
+    unprepared_.forEach(sooner);
     report_.wait_until(lock, until,
                        [this]() HANDOVER_REQUIRES(mutex_) { return stopping_ || changed_; });
   }

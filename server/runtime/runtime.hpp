@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests become answers: a bounded queue, workers, cancel, deadline, and exactly one outcome for
-// each.
+// Requests become answers: a bounded queue with fair turns for clients, workers, cancel, deadline,
+// and exactly one outcome for each.
 #pragma once
 
+#include "runtime/client_accounts.hpp"
 #include "runtime/endpoint.hpp"
+#include "runtime/fair_queue.hpp"
 #include "runtime/plan_service.hpp"
 
 #include <handover/common/deadline.hpp>
@@ -13,6 +15,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -21,14 +24,19 @@
 namespace handover {
 
 struct RuntimeSettings {
-  int threads = 1;                  ///< workers, at least 1
-  std::size_t queue_capacity = 64;  ///< requests waiting; more are rejected as busy
-  std::size_t remembered = 4096;    ///< ids of answered requests, rejected when they come again
+  int threads = 1;                   ///< workers, at least 1
+  std::size_t queue_capacity = 256;  ///< requests waiting; more are rejected as busy
+  std::size_t client_queue = 64;     ///< of one client
+  ClientLimits client_limits;
+  std::optional<double> deadline_s;  ///< of requests that name none
+  std::size_t remembered = 4096;     ///< ids of answered requests, rejected when they come again
   DaemonId id{};
   std::string version;
   /// Called once, from the preparing thread, when a cell cannot be prepared; requests fail from
   /// then on.
   std::function<void(const std::string&)> on_prepare_failed;
+  /// Called with each report, at least every second while the daemon's threads go on.
+  std::function<void()> alive;
 };
 
 /// Owns the threads between endpoint and planning. Requests are accepted as soon as start()
@@ -47,6 +55,10 @@ class Runtime : public RequestHandler {
   /// Ends: nothing more is taken, queued requests are cancelled, running ones are asked to stop and
   /// answered, the answers delivered. Blocks until then. From the owner's thread.
   void stop();
+  /// Has the cells read again and prepared anew. What is wrong with them goes to the log, and the
+  /// daemon goes on with the old ones. From the owner's thread, which it holds up while they are
+  /// read.
+  void reload(const Deadline& deadline);
 
   bool onRequest(const PlanRequest& request) override;
   bool onInvalidRequest(const RequestId& id, const std::string& client_id,
@@ -57,24 +69,28 @@ class Runtime : public RequestHandler {
   using Clock = Deadline::Clock;
   class Stream;
   using StreamPtr = std::shared_ptr<Stream>;
+  using CellsPtr = std::shared_ptr<const ServedCells>;
 
   enum class CellRoute { kOurs, kOthers, kNobodys };
-  CellRoute route(const std::string& cell, CellInfo& info) const;
+  CellRoute route(const ServedCells& served, const std::string& cell, CellInfo& info) const;
   enum class Asked { kFirst, kAgain, kMeanwhile };
   /// Takes an id that is new. One that was answered, or is being answered to another client, is
   /// rejected; the same client has what it asks for on its way.
   Asked asked(const PlanRequest& request);
+  /// Enters a request; or says why it cannot be taken now.
+  std::string admit(const StreamPtr& stream, std::uint32_t& ahead);
   void reject(const StreamPtr& stream, RejectionReason reason, std::vector<Fault> faults);
   void finish(const StreamPtr& stream, Outcome outcome);
-  void send(Stream& stream, Outcome outcome);
+  static void send(Stream& stream, Outcome outcome);
   std::optional<Outcome> answer(Stream& stream);
   bool othersWait() const;
   /// Next for the preparing thread: nullptr and `stop` false: a cell.
   StreamPtr nextUnprepared(bool& stop);
   void prepareRequest(const StreamPtr& stream);
   void prepareCell();
-  void expire(std::deque<StreamPtr>& waiting, std::vector<StreamPtr>& late)
-      HANDOVER_REQUIRES(mutex_);
+  /// Takes waiting requests out.
+  template <typename Condition>
+  std::vector<StreamPtr> extract(Condition condition) HANDOVER_REQUIRES(mutex_);
   void expireQueued();
   /// Requests that wait for a worker or for what they lack, what is being made included.
   std::uint32_t waiting() const HANDOVER_REQUIRES(mutex_);
@@ -93,8 +109,9 @@ class Runtime : public RequestHandler {
   Condition work_;    // queue_, stopping_ changed
   Condition lacks_;   // unprepared_, stopping_ changed
   Condition report_;  // something to report, a new deadline, or stopping
-  std::deque<StreamPtr> queue_ HANDOVER_GUARDED_BY(mutex_);
-  std::deque<StreamPtr> unprepared_ HANDOVER_GUARDED_BY(mutex_);  // something has to be made first
+  FairQueue<StreamPtr> queue_ HANDOVER_GUARDED_BY(mutex_);
+  FairQueue<StreamPtr> unprepared_ HANDOVER_GUARDED_BY(mutex_);  // something has to be made first
+  ClientAccounts accounts_ HANDOVER_GUARDED_BY(mutex_);
   std::uint32_t being_prepared_ HANDOVER_GUARDED_BY(mutex_) = 0;  // taken out of unprepared_
   std::map<RequestId, StreamPtr> open_ HANDOVER_GUARDED_BY(mutex_);
   std::set<RequestId> known_ HANDOVER_GUARDED_BY(mutex_);       // being answered and remembered
@@ -102,6 +119,7 @@ class Runtime : public RequestHandler {
   OutcomeCounters counters_ HANDOVER_GUARDED_BY(mutex_);
   std::uint32_t running_ HANDOVER_GUARDED_BY(mutex_) = 0;
   bool ready_ HANDOVER_GUARDED_BY(mutex_) = false;
+  bool was_ready_ HANDOVER_GUARDED_BY(mutex_) = false;  // with the cells of the start
   bool stopping_ HANDOVER_GUARDED_BY(mutex_) = false;
   bool changed_ HANDOVER_GUARDED_BY(mutex_) = true;
   std::string prepare_failure_ HANDOVER_GUARDED_BY(mutex_);

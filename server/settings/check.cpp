@@ -132,7 +132,8 @@ class FileChecker {
     } else if (has("urdf") || has("srdf") || has("arms") || has("hands")) {
       checkRobot(file, document);
     } else if (has("cells") || has("domain") || has("threads") || has("transport") ||
-               has("cache") || has("log_level") || has("profile") || has("discovery_servers")) {
+               has("cache") || has("limits") || has("log_level") || has("profile") ||
+               has("discovery_servers")) {
       checkSettings(file, document);
     } else {
       throw FileError({{file.string(), 0, "is no cell, robot or daemon settings"}});

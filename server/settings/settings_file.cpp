@@ -20,6 +20,26 @@ std::set<std::string> cellNames(const std::filesystem::path& root) {
   return names;
 }
 
+void readCount(YamlMap& map, const char* key, int least, int& value) {
+  constexpr int kMost = 1'000'000;
+  if (const YamlValue* given = map.find(key)) value = given->integer(least, kMost).value_or(value);
+}
+
+void readSeconds(YamlMap& map, const char* key, double& value) {
+  if (const YamlValue* given = map.find(key)) value = given->number({0, 86'400}).value_or(value);
+}
+
+void readLimits(const YamlValue& value, DaemonLimits& limits) {
+  auto map = value.map();
+  if (!map) return;
+  readCount(*map, "queue", 1, limits.queue);
+  readCount(*map, "client_queue", 1, limits.client_queue);
+  readSeconds(*map, "client_cpu_s", limits.client_cpu_s);
+  readCount(*map, "client_cache_mb", 0, limits.client_cache_mb);
+  readSeconds(*map, "deadline_s", limits.deadline_s);
+  map->finish();
+}
+
 }  // namespace
 
 DaemonSettings readDaemonSettings(const std::filesystem::path& file) {
@@ -53,6 +73,7 @@ DaemonSettings readDaemonSettings(const std::filesystem::path& file) {
   if (const YamlValue* cache = map->find("cache"); cache != nullptr && !cache->isEmpty()) {
     settings.cache = cache->text().value_or("");
   }
+  if (const YamlValue* limits = map->find("limits")) readLimits(*limits, settings.limits);
   if (const YamlValue* level = map->find("log_level")) {
     settings.log_level = level->oneOf({"trace", "debug", "info", "warn", "error", "off"})
                              .value_or(settings.log_level);

@@ -11,6 +11,16 @@
 
 namespace handover {
 
+/// What requests and clients may take. Whatever goes beyond is rejected as busy, with the reason.
+struct DaemonLimits {
+  int queue = 256;          ///< requests that wait, of all clients
+  int client_queue = 64;    ///< of one client
+  double client_cpu_s = 0;  ///< planning and making for one client within an hour; 0: no limit
+  int client_cache_mb = 0;  ///< maps, grasp sets and parts made for it within an hour; 0: no limit
+  double deadline_s = 0;    ///< of requests that name none; 0: none
+  bool operator==(const DaemonLimits&) const = default;
+};
+
 struct DaemonSettings {
   std::vector<std::string> cells;              ///< names in config/cells, or files
   int domain = 0;                              ///< 0 to 232
@@ -19,7 +29,8 @@ struct DaemonSettings {
   std::vector<std::string> discovery_servers;  ///< host:port, for transport discovery_server
   std::string profile;                         ///< XML file, for transport profile
   std::string cache;                           ///< folder; empty: $XDG_CACHE_HOME/handover
-  std::string log_level = "info";              ///< trace, debug, info, warn, error or off
+  DaemonLimits limits;
+  std::string log_level = "info";  ///< trace, debug, info, warn, error or off
   bool operator==(const DaemonSettings&) const = default;
 };
 

@@ -104,6 +104,26 @@ void Process::signal(int number) const {
   if (!ended_) kill(pid_, number);
 }
 
+void Process::closeOutput() {
+  for (int* end : {&out_fd_, &err_fd_}) {
+    close(*end);
+    *end = -1;
+  }
+}
+
+bool Process::waitUntilBlocks(int number, std::chrono::milliseconds most) const {
+  const std::filesystem::path file = "/proc/" + std::to_string(pid_) + "/status";
+  const auto until = Clock::now() + kPatience * most;
+  while (Clock::now() < until) {
+    const std::string status = textOf(file);
+    const auto at = status.find("SigBlk:");
+    if (at == std::string::npos) return false;
+    const auto blocked = std::stoull(status.substr(at + 7), nullptr, 16);
+    if ((blocked >> (number - 1) & 1u) != 0) return true;
+  }
+  return false;
+}
+
 /// Reads what comes next; false when both pipes are closed or the time is over.
 bool Process::readSome(Clock::time_point until) {
   std::array<pollfd, 2> polled{pollfd{out_fd_, POLLIN, 0}, pollfd{err_fd_, POLLIN, 0}};

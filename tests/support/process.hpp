@@ -24,6 +24,10 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   void signal(int number) const;
+  /// As readers that are gone: what the program writes from now on has no taker.
+  void closeOutput();
+  /// Waits until the program blocks a signal, from outside, as the system tells.
+  bool waitUntilBlocks(int number, std::chrono::milliseconds most = 20s) const;
   /// Waits until standard output (or error) holds the text; false at its end or after `most`.
   bool waitForOutput(const std::string& text, std::chrono::milliseconds most = 20s);
   /// Waits for the end: the exit status, 128 + n for a signal; nullopt after `most`.

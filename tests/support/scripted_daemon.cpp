@@ -5,16 +5,18 @@
 #include "scripted_service.hpp"
 
 #include <handover/common/domain.hpp>
+#include <handover/common/standard_streams.hpp>
 
 #include <iostream>
 
 int main(int argc, char** argv) {
+  handover::holdStandardStreams();
   const auto domain = handover::parseDomain(argc == 2 ? argv[1] : "");
   if (!domain) {
     std::cerr << "usage: scripted_daemon DOMAIN\n";
     return 2;
   }
-  const handover::StopSignals signals;
+  handover::DaemonSignals signals;
   handover::test::ScriptedService service;
-  return handover::runDaemon(service, {.domain = *domain, .threads = 1}, signals) ? 0 : 3;
+  return handover::runDaemon(service, {.domain = *domain}, signals) ? 0 : 3;
 }

@@ -5,6 +5,7 @@
 #include "runtime/plan_service.hpp"
 #include "sample_events.hpp"
 
+#include <atomic>
 #include <condition_variable>
 #include <mutex>
 #include <stdexcept>
@@ -13,22 +14,25 @@ namespace handover::test {
 
 class ScriptedService : public PlanService {
  public:
-  std::vector<CellInfo> cells() const override {
-    CellInfo cell{.name = "script", .tasks = kTasks, .revision = 7, .variations = {}};
+  std::shared_ptr<const ServedCells> served() const override {
+    CellInfo cell{.name = "script", .tasks = kTasks, .revision = revision_, .variations = {}};
     cell.variations = {{"number", {0}, {1}, {}, {}}, {"word", {}, {}, {}, {"low", "high"}}};
     cell.scene_hash = "0123abcd";
-    return {cell};
+    return std::make_shared<const ServedCells>(std::vector<CellInfo>{cell});
   }
+
+  void reload(const Deadline&) override { ++revision_; }
 
   bool prepareNext(const Deadline&) override { return false; }
 
-  void prepare(const PlanRequest&, const Deadline&) override {}
+  void prepare(const ServedCells&, const PlanRequest&, const Deadline&) override {}
 
-  std::optional<Outcome> plan(const PlanRequest& request, PlanEventSink& sink,
+  std::optional<Outcome> plan(const ServedCells&, const PlanRequest& request, PlanEventSink& sink,
                               const Deadline& deadline, const OthersWait&) override {
     if (request.task == "throw") throw std::runtime_error("thrown as asked");
     if (request.task == "fail") return play(sampleFailedAnswer(request.id), sink);
     if (request.task == "hold") return hold(sink, deadline);
+    if (request.task == "stuck") return hold(sink, Deadline());
     if (request.task == "paced") return pace(sink);
     if (request.task == "echo") return echo(request, sink);
     if (request.task == "talk") return talk(sink, deadline);
@@ -102,6 +106,8 @@ class ScriptedService : public PlanService {
     if (deadline.state() == Deadline::State::kCancelled) return Cancelled{};
     return Failed{FailureReason::kDeadline, {.filter = "search", .text = "the deadline passed"}};
   }
+
+  std::atomic<std::uint64_t> revision_ = 7;
 };
 
 }  // namespace handover::test

@@ -254,20 +254,21 @@ TEST(CellService, AMeshThatARequestBringsIsDividedBeforeItIsPlanned) {
                      {"objects.milk_carton.pose.xyz", "[3, 3, 0.5]"}});
   Recorder recorder;
   const auto alone = [] { return false; };
-  EXPECT_FALSE(service.plan(request, recorder, Deadline(), alone));
+  EXPECT_FALSE(service.plan(*service.served(), request, recorder, Deadline(), alone));
   EXPECT_TRUE(recorder.events.empty());
   const Deadline passed(Deadline::Clock::now());
-  service.prepare(request, passed);
-  EXPECT_FALSE(service.plan(request, recorder, Deadline(), alone));
-  service.prepare(request, Deadline());
-  EXPECT_TRUE(service.plan(request, recorder, Deadline(), alone));
+  service.prepare(*service.served(), request, passed);
+  EXPECT_FALSE(service.plan(*service.served(), request, recorder, Deadline(), alone));
+  service.prepare(*service.served(), request, Deadline());
+  EXPECT_TRUE(service.plan(*service.served(), request, recorder, Deadline(), alone));
   EXPECT_FALSE(std::filesystem::is_empty(cache / "parts"));
 }
 
 TEST(CellService, AStartInTheCartIsToldBeforeGraspsAreMade) {
   Recorder recorder;
   const PlanRequest request = butlerRequest({{"objects.cup.geometry.scale", "[1.234, 1.2, 1.2]"}});
-  const auto outcome = butlerService().plan(request, recorder, Deadline(), [] { return false; });
+  const auto outcome = butlerService().plan(*butlerService().served(), request, recorder,
+                                            Deadline(), [] { return false; });
   ASSERT_TRUE(outcome);
   const auto* failed = std::get_if<Failed>(&*outcome);
   ASSERT_NE(failed, nullptr);

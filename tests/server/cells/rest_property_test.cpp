@@ -169,7 +169,7 @@ class RestProperty : public testing::TestWithParam<RestCell> {
   }
 
   static std::string taskName() {
-    for (const CellInfo& cell : service().cells()) {
+    for (const CellInfo& cell : service().served()->infos) {
       if (cell.name == GetParam().name) return cell.tasks.front();
     }
     return "";

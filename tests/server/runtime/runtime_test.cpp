@@ -21,8 +21,14 @@ using namespace std::chrono_literals;
 /// Plans what the test says; `prepare` and `plan` may be held back until released or stopped.
 class FakeService : public PlanService {
  public:
-  std::vector<CellInfo> cells() const override {
-    return {{"butler", {"serve"}, 5, {}, "0123abcd"}};
+  std::shared_ptr<const ServedCells> served() const override {
+    return std::make_shared<const ServedCells>(
+        std::vector<CellInfo>{{"butler", {"serve"}, revision, {}, "0123abcd"}});
+  }
+
+  void reload(const Deadline&) override {
+    if (!reload_error.empty()) throw std::runtime_error(reload_error);
+    ++revision;
   }
 
   bool prepareNext(const Deadline& deadline) override {
@@ -32,20 +38,30 @@ class FakeService : public PlanService {
     return false;
   }
 
-  void prepare(const PlanRequest& request, const Deadline& deadline) override {
+  void prepare(const ServedCells&, const PlanRequest& request, const Deadline& deadline) override {
     if (request.task == "unmakable") throw std::runtime_error("no space for grasps");
     waitWhile(holding_prepare, deadline);
     if (request.task != "never made") made.insert(request.id);
   }
 
-  std::optional<Outcome> plan(const PlanRequest& request, PlanEventSink& sink,
-                              const Deadline& deadline, const OthersWait& others_wait) override {
-    if (!prepared && prepare_error.empty()) return std::nullopt;
+  std::optional<Outcome> plan(const ServedCells& cells, const PlanRequest& request,
+                              PlanEventSink& sink, const Deadline& deadline,
+                              const OthersWait& others_wait) override {
+    if (!prepared && prepare_error.empty() && !made.contains(request.id)) return std::nullopt;
     if (request.object == "new" && !made.contains(request.id)) return std::nullopt;
     ++plans;
+    {
+      const std::lock_guard lock(mutex_);
+      order.push_back(request.id);
+    }
     if (request.task == "others") {
       waitWhile(holding_plans, deadline);
       sink.emit(Note{"others", others_wait() ? "wait" : "none"});
+      return Done{0, true};
+    }
+    if (request.task == "revision") {
+      waitWhile(holding_plans, deadline);
+      sink.emit(Note{"revision", std::to_string(cells.infos.front().revision)});
       return Done{0, true};
     }
     if (request.task == "throw") throw std::runtime_error("broken promise");
@@ -78,10 +94,12 @@ class FakeService : public PlanService {
   }
 
   bool holding_prepare = false, holding_plans = false;
-  std::string prepare_error;
+  std::string prepare_error, reload_error;
+  std::atomic<std::uint64_t> revision = 5;
   std::atomic<int> plans = 0;
   std::atomic<bool> prepared = false;
-  std::set<RequestId> made;  ///< requests that prepare() was called for
+  std::vector<RequestId> order;  ///< in which requests were planned
+  std::set<RequestId> made;      ///< requests that prepare() was called for
 
  private:
   /// Planning polls its deadline; so does this.
@@ -122,6 +140,14 @@ class RuntimeTest : public testing::Test {
 
   bool waitForEvents(const RequestId& id, std::size_t count) {
     return endpoint.waitFor(id, [&](const auto& s) { return s.size() >= count; }).has_value();
+  }
+
+  /// Why a request was turned away; empty when it was not.
+  std::string busyText(const RequestId& id) {
+    const auto outcome = endpoint.outcome(id);
+    const auto* rejected = outcome ? std::get_if<Rejected>(&*outcome) : nullptr;
+    if (rejected == nullptr || rejected->reason != RejectionReason::kBusy) return "";
+    return rejected->faults.at(0).message;
   }
 
   FakeService service;
@@ -258,6 +284,60 @@ TEST_F(RuntimeTest, SaysTheQueuePlaceAndRejectsWhenFull) {
   for (const auto& r : {running, second, third}) EXPECT_TRUE(is<Done>(endpoint.outcome(r.id)));
 }
 
+TEST_F(RuntimeTest, AClientTakesTurnsWithOneThatHasManyRequests) {
+  service.holding_plans = true;
+  start();
+  const auto running = send(request());
+  ASSERT_TRUE(waitForEvents(running.id, 2));
+  std::vector<PlanRequest> many;
+  for (int i = 0; i < 20; ++i) many.push_back(send(request()));
+  auto other = request();
+  other.client_id = "other";
+  send(other);
+  service.release();
+  EXPECT_TRUE(is<Done>(endpoint.outcome(other.id)));
+  for (const auto& r : many) EXPECT_TRUE(is<Done>(endpoint.outcome(r.id)));
+  EXPECT_EQ(service.order.at(1), other.id);  // next after the one that ran as it came
+}
+
+TEST_F(RuntimeTest, AClientsWaitingRequestsAreLimitedAndItIsToldSo) {
+  service.holding_plans = true;
+  start({.client_queue = 2});
+  const auto running = send(request());
+  ASSERT_TRUE(waitForEvents(running.id, 2));
+  send(request());
+  send(request());
+  EXPECT_THAT(busyText(send(request()).id), testing::HasSubstr("2 requests of this client wait"));
+  auto other = request();
+  other.client_id = "other";
+  send(other);
+  service.release();
+  EXPECT_TRUE(is<Done>(endpoint.outcome(other.id)));
+}
+
+TEST_F(RuntimeTest, AClientsTimeIsLimitedAndItIsToldSo) {
+  start({.client_limits = {.cpu_s = 1e-9}});
+  EXPECT_TRUE(is<Done>(endpoint.outcome(send(request()).id)));
+  EXPECT_THAT(busyText(send(request()).id), testing::HasSubstr("s of planning within an hour"));
+  auto other = request();
+  other.client_id = "other";
+  EXPECT_TRUE(is<Done>(endpoint.outcome(send(other).id)));
+}
+
+TEST_F(RuntimeTest, RequestsWithoutADeadlineGetTheDaemons) {
+  service.holding_plans = true;
+  start({.deadline_s = 0.02});
+  const auto outcome = endpoint.outcome(send(request()).id);
+  ASSERT_TRUE(is<Failed>(outcome));
+  EXPECT_EQ(std::get<Failed>(*outcome).reason, FailureReason::kDeadline);
+  auto patient = request();
+  patient.deadline_s = 60;
+  send(patient);
+  ASSERT_TRUE(waitForEvents(patient.id, 2));
+  service.release();
+  EXPECT_TRUE(is<Done>(endpoint.outcome(patient.id)));
+}
+
 TEST_F(RuntimeTest, CancelsQueuedAndRunningRequests) {
   service.holding_plans = true;
   start();
@@ -345,6 +425,24 @@ TEST_F(RuntimeTest, RejectsInvalidRequestsWithEveryFault) {
   const auto outcome = endpoint.outcome(id);
   ASSERT_TRUE(is<Rejected>(outcome));
   EXPECT_EQ(std::get<Rejected>(*outcome), (Rejected{RejectionReason::kBadRequest, faults}));
+}
+
+TEST_F(RuntimeTest, ALineTellsWhatARequestAskedAndHowItEnded) {
+  start();
+  testing::internal::CaptureStderr();
+  auto r = request("known early");
+  r.seed = 42;
+  endpoint.outcome(send(r).id);
+  const RequestId bad = RequestId::random();
+  endpoint.sendInvalid(bad, "me\n\x1B[2J", {{"seed", "is\nodd"}, {"", "b"}});
+  runtime->stop();
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(log, testing::HasSubstr("request " + r.id.hex() +
+                                      " of test: cell butler, task known early, seed 42, scene "
+                                      "0123abcd: failed: no_path ()"));
+  EXPECT_THAT(log, testing::HasSubstr("request " + bad.hex() + " of me\\n\\x1b[2J: cell "));
+  EXPECT_THAT(log, testing::HasSubstr("rejected: bad_request (seed: is\\nodd; b)"));
+  EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 2);
 }
 
 TEST_F(RuntimeTest, SurvivesExceptionsAndEventsThatMustNotBeSent) {
@@ -469,8 +567,46 @@ TEST_F(RuntimeTest, AFailedPreparationIsReportedAndFailsRequests) {
   EXPECT_THAT(std::get<Failed>(*outcome).explanation.text, testing::HasSubstr("no space for maps"));
 }
 
+TEST_F(RuntimeTest, RequestsKeepTheCellsThatTheyWereAcceptedWith) {
+  service.holding_plans = true;
+  start();
+  const auto running = send(request("revision"));
+  ASSERT_TRUE(waitForEvents(running.id, 1));
+  const auto queued = send(request("revision"));
+  runtime->reload(Deadline());
+  const auto later = send(request("revision"));
+  service.release();
+  const auto revisions = [&](const RequestId& id) {
+    EXPECT_TRUE(is<Done>(endpoint.outcome(id)));
+    const auto events = endpoint.events(id);
+    return std::pair(std::get<Accepted>(events.at(0).payload).scene_revision,
+                     std::get<Note>(events.at(1).payload).text);
+  };
+  EXPECT_EQ(revisions(running.id), std::pair(std::uint64_t{5}, std::string("5")));
+  EXPECT_EQ(revisions(queued.id), std::pair(std::uint64_t{5}, std::string("5")));
+  EXPECT_EQ(revisions(later.id), std::pair(std::uint64_t{6}, std::string("6")));
+}
+
+TEST_F(RuntimeTest, CellsThatCannotBeReadAgainStayAsTheyAre) {
+  bool ended = false;
+  RuntimeSettings settings;
+  settings.on_prepare_failed = [&](const std::string&) { ended = true; };
+  start(settings);
+  service.reload_error = "butler.yaml:3: no such robot";
+  runtime->reload(Deadline());
+  EXPECT_TRUE(is<Done>(endpoint.outcome(send(request()).id)));
+  service.reload_error.clear();
+  service.prepare_error = "no space for maps";
+  runtime->reload(Deadline());
+  ASSERT_TRUE(endpoint.waitForStatus([](const DaemonStatus& s) {
+    return s.state == DaemonState::kReady && s.cells.front().revision == 6;
+  }));
+  EXPECT_TRUE(is<Done>(endpoint.outcome(send(request()).id)));
+  EXPECT_FALSE(ended);
+}
+
 TEST_F(RuntimeTest, ManyRequestsOnManyWorkersAreAnsweredOnceEach) {
-  start({.threads = 4, .queue_capacity = 1000});
+  start({.threads = 4, .queue_capacity = 1000, .client_queue = 1000});
   std::vector<RequestId> ids;
   for (int i = 0; i < 300; ++i) {
     ids.push_back(send(request()).id);
@@ -571,7 +707,9 @@ INSTANTIATE_TEST_SUITE_P(Seeded, RuntimeStorm,
                                          Storm{5, 2, 1000, true}, Storm{6, 4, 8, true}));
 
 TEST_P(RuntimeStorm, EveryRequestHasOneOutcomeAtItsEnd) {
-  start({.threads = GetParam().threads, .queue_capacity = GetParam().capacity});
+  start({.threads = GetParam().threads,
+         .queue_capacity = GetParam().capacity,
+         .client_queue = GetParam().capacity});
   ids.push_back(send(request()).id);
   while (ids.size() < 300) act();
   if (GetParam().stopped_midway) {

@@ -47,7 +47,18 @@ TEST(DaemonSettings, AreReadFromTheFile) {
   EXPECT_EQ(settings.log_level, "warn");
 }
 
+TEST(DaemonSettings, LimitsAreReadFromTheFile) {
+  const DaemonSettings settings = read(
+      "version: 1\nlimits: {queue: 9, client_queue: 3, client_cpu_s: 2.5, client_cache_mb: 7, "
+      "deadline_s: 60}\n");
+  EXPECT_EQ(settings.limits, (DaemonLimits{9, 3, 2.5, 7, 60}));
+}
+
 TEST(DaemonSettings, FaultsAreReportedWithTheirLines) {
+  EXPECT_THAT(faultsOf("version: 1\nlimits: {queue: 0, client_queues: 3}\n"),
+              ElementsAre("2: limits.queue: must be a whole number from 1 to 1000000, not '0'",
+                          "2: limits.client_queues: unknown key; the nearest known one is "
+                          "'client_queue'"));
   EXPECT_THAT(faultsOf("cells: []\n"), ElementsAre("1: has no 'version'"));
   EXPECT_THAT(faultsOf("version: 1\ncell: [a]\n"),
               ElementsAre("2: cell: unknown key; the nearest known one is 'cells'"));
