@@ -344,6 +344,15 @@ bool ChainSearch::backOut(std::size_t handover, bool& pose_dropped) {
   return true;
 }
 
+/// How the object is taken depends on the first grasp alone, how it is left on the last: what cannot
+/// be timed there cannot with any tuple.
+void ChainSearch::dropEnd(const StageRef& stage, int pick, int place) {
+  const StageAction action = stage.action;
+  if (stage.holder == 0 && action < StageAction::kCarry) failPick(pick);
+  const bool leaving = action == StageAction::kPlace || action == StageAction::kRetreat;
+  if (stage.holder + 1 == holders() && leaving) failed_places_.insert(place);
+}
+
 bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most) {
   // The paper's choice: r's manipulability at the placing; then the giver's arm, ties by
   // generation.
@@ -381,6 +390,7 @@ bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most
     if (const auto* failure = std::get_if<MotionFailure>(&timed)) {
       state_.counts.motion_rejects.add(failure->cause, failure->stage, failure->pair);
       fellInMotion(SearchStep::kTiming, *failure, tuples[i]);
+      dropEnd(failure->stage, pick, place);
       continue;
     }
     const auto& stages = std::get<std::vector<TimedStage>>(timed);

@@ -141,6 +141,7 @@ class ChainSearch {
   bool backOut(std::size_t handover, bool& pose_dropped);
   void countFailure(const MotionFailure& failure, const TransportTuple& tuple);
   void failPick(int pick);
+  void dropEnd(const StageRef& stage, int pick, int place);
   void tryTakes();
   void countTrees();
   bool mapAllows(std::size_t point, const ApproachOffset& offset);

@@ -214,7 +214,11 @@ const std::optional<TransportMotions::PickMotion>& TransportMotions::pickMotion(
   const std::size_t most =
       std::min(take.configurations.size(), patience * problem_.settings.configurations);
   const auto draw = [&](std::uint32_t i, ArmVector& goal) {
-    while (i >= candidates.size() && next < most) add(take.configurations[next++]);
+    // As long as there is none, every configuration counts.
+    while (i >= candidates.size() &&
+           next < (candidates.empty() ? take.configurations.size() : most)) {
+      add(take.configurations[next++]);
+    }
     if (i >= candidates.size()) return false;
     reach_checker.activate();
     goal = candidates[i].approach.waypoints.front();
