@@ -7,6 +7,7 @@
 //   worker-N   takes a request, plans; the queue; Runtime::stop()
 //   status     reports changes, expires queued deadlines; changes and time; Runtime::stop()
 //   send-N     writes events, makes and deletes their writers; what is to be sent; ~DdsEndpoint
+//   probe      asks the daemon from outside every two seconds; an answer; runDaemon()
 //   (Fast DDS) receive, discovery, timers; the network; ~DdsEndpoint. They decode, enqueue and
 //              return.
 #include "cells/cell_service.hpp"
