@@ -8,6 +8,7 @@
 //   worker-N   takes a request, plans; the queue; Runtime::stop()
 //   status     reports changes, expires queued deadlines; changes and time; Runtime::stop()
 //   send-N     writes events, makes and deletes their writers; what is to be sent; ~DdsEndpoint
+//   probe      asks the daemon from outside every two seconds; an answer; runDaemon()
 //   (Fast DDS) receive, discovery, timers; the network; ~DdsEndpoint. They decode, enqueue and
 //              return.
 #include "cells/cell_service.hpp"
@@ -133,7 +134,8 @@ int serve(const Options& options) {
   try {
     CellService service(setup.root, setup.settings.cells, cacheFolder(setup.settings.cache),
                         std::ref(bar), false, signals.stopping());
-    const DaemonOptions daemon{setup.settings.domain, runtimeSettings(setup.settings)};
+    const DaemonOptions daemon{.domain = setup.settings.domain,
+                               .runtime = runtimeSettings(setup.settings)};
     return runDaemon(service, daemon, signals) ? kExitDone : kExitConfiguration;
   } catch (const std::exception&) {
     if (signals.stopping().over()) return kExitDone;  // told to stop before it served

@@ -188,6 +188,22 @@ struct Client::Impl {
     }
   }
 
+  /// Those announced, once there is one, and those that show up with it.
+  std::vector<DaemonStatus> daemonsTogether() {
+    MutexLock lock(mutex);
+    awaitDaemon(lock);
+    for (std::size_t known = 0; known != known_daemons.size();) {
+      known = known_daemons.size();
+      await(lock, Clock::now() + kTogether,
+            [this, known]() HANDOVER_REQUIRES(mutex) { return known_daemons.size() > known; });
+    }
+    // Who has been found has a status that is on its way.
+    await(lock, Clock::now() + kAnnouncements, [this]() HANDOVER_REQUIRES(mutex) {
+      return statuses.matched() <= static_cast<int>(known_daemons.size());
+    });
+    return known_daemons.all();
+  }
+
   void makeEventReader() {
     const MutexLock lock(making);
     if (events) return;
@@ -275,27 +291,38 @@ struct Client::Impl {
   void dispatch() noexcept {
     MutexLock lock(mutex);
     while (!stopping) {
-      if (arrivals.empty()) {
-        waitOrGiveUp(lock);
-        continue;
+      auto next = Clock::time_point::max();
+      if (!arrivals.empty()) {
+        const Arrival arrival = std::move(arrivals.front());
+        arrivals.pop_front();
+        const OnEvent watching = on_watched;
+        lock.unlock();
+        handle(arrival, watching);
+        lock.lock();
+      } else if (const auto over = overdue(next); !over.empty()) {
+        lock.unlock();
+        for (const auto& [state, error] : over) fail(state, error);
+        lock.lock();
+      } else if (next == Clock::time_point::max()) {
+        changed.wait(lock);
+      } else {
+        changed.wait_until(lock, next);
       }
-      const Arrival arrival = std::move(arrivals.front());
-      arrivals.pop_front();
-      const OnEvent watching = on_watched;
-      lock.unlock();
-      if (!arrival.watched) {
-        take(arrival);
-      } else if (const auto* event = std::get_if<PlanEvent>(&arrival.event)) {
-        watching(*event);
-      }
-      lock.lock();
     }
   }
 
-  /// Gives up requests whose time is over; if there is none, waits until one's is, or for a change.
-  void waitOrGiveUp(MutexLock& lock) HANDOVER_REQUIRES(mutex) {
+  void handle(const Arrival& arrival, const OnEvent& watching) HANDOVER_EXCLUDES(mutex) {
+    if (!arrival.watched) {
+      take(arrival);
+    } else if (const auto* event = std::get_if<PlanEvent>(&arrival.event)) {
+      watching(*event);
+    }
+  }
+
+  /// Requests whose time is over; `next` is when to look again if there is none.
+  std::vector<std::pair<Pending, ClientError>> overdue(Clock::time_point& next)
+      HANDOVER_REQUIRES(mutex) {
     const auto now = Clock::now();
-    auto next = Clock::time_point::max();
     std::vector<std::pair<Pending, ClientError>> over;
     for (const auto& [id, state] : pending) {
       const auto [until, error] = limit(*state, now);
@@ -305,11 +332,7 @@ struct Client::Impl {
         next = std::min(next, until);
       }
     }
-    if (over.empty())
-      return next == Clock::time_point::max() ? changed.wait(lock) : changed.wait_until(lock, next);
-    lock.unlock();
-    for (const auto& [state, error] : over) fail(state, error);
-    lock.lock();
+    return over;
   }
 
   /// Until when a request may go on, and what it ends with then.
@@ -514,20 +537,7 @@ void Client::cancel(const RequestId& id) { impl_->sendCancel(id); }
 
 std::vector<DaemonStatus> Client::daemons() {
   impl_->refuseInCallback("daemons()");
-  MutexLock lock(impl_->mutex);
-  impl_->awaitDaemon(lock);
-  Impl& impl = *impl_;
-  for (std::size_t known = 0; known != impl.known_daemons.size();) {
-    known = impl.known_daemons.size();
-    impl.await(lock, Clock::now() + kTogether, [&impl, known]() HANDOVER_REQUIRES(impl.mutex) {
-      return impl.known_daemons.size() > known;
-    });
-  }
-  // Who has been found has a status that is on its way.
-  impl.await(lock, Clock::now() + kAnnouncements, [&impl]() HANDOVER_REQUIRES(impl.mutex) {
-    return impl.statuses.matched() <= static_cast<int>(impl.known_daemons.size());
-  });
-  return impl.known_daemons.all();
+  return impl_->daemonsTogether();
 }
 
 bool Client::daemonThere() const {

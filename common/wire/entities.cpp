@@ -20,6 +20,7 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <handoverPubSubTypes.h>
 
 #include <algorithm>
@@ -43,7 +44,8 @@ struct TopicRow {
 constexpr TopicRow kTopics[] = {{TopicId::kRequest, kRequestTopic},
                                 {TopicId::kCancel, "handover/v1/cancel"},
                                 {TopicId::kEvent, "handover/v1/event"},
-                                {TopicId::kStatus, "handover/v1/status"}};
+                                {TopicId::kStatus, "handover/v1/status"},
+                                {TopicId::kProbe, "handover/v1/probe"}};
 constexpr std::size_t kTopicCount = std::size(kTopics);
 
 constexpr int kEventsPerAnswer = 4096;
@@ -68,6 +70,9 @@ dds::TypeSupport makeType(TopicId id) {
       break;
     case TopicId::kStatus:
       type = new msg::DaemonStatusPubSubType;
+      break;
+    case TopicId::kProbe:
+      type = new msg::ProbePubSubType;
       break;
   }
   dds::TypeSupport support(type);
@@ -120,7 +125,7 @@ void limits(dds::ResourceLimitsQosPolicy& limits, int instances, int per_instanc
   limits.allocated_samples = 16;
 }
 
-bool durable(TopicId topic) { return topic != TopicId::kCancel; }
+bool durable(TopicId topic) { return topic != TopicId::kCancel && topic != TopicId::kProbe; }
 
 /// What writers and readers of a topic have in common. Events are all kept, of the others the last
 /// one of each instance.
@@ -228,6 +233,12 @@ void routeDdsLog(bool errors_only) {
   dds::Log::RegisterConsumer(std::make_unique<LogConsumer>());
 }
 
+void deliverOverSockets() {
+  eprosima::fastrtps::LibrarySettingsAttributes settings;
+  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+}
+
 struct Participant::Impl : public dds::DomainParticipantListener {
   ParticipantOptions options;
   dds::DomainParticipant* participant = nullptr;
@@ -290,6 +301,8 @@ Participant::Participant(ParticipantOptions options) {
   impl_ = std::make_shared<Impl>(std::move(options));
   impl_->open();
 }
+
+Guid Participant::guid() const { return toGuid(impl_->participant->guid()); }
 
 std::uint64_t Participant::droppedPackets() const { return *impl_->dropped; }
 

@@ -38,6 +38,10 @@ inline bool sameParticipant(const Guid& a, const Guid& b) {
 /// Call once, before the first participant.
 void routeDdsLog(bool errors_only);
 
+/// Has participants of this process reach each other by their sockets only, as others reach them.
+/// Otherwise one hears the other though nobody else can. Before the first participant.
+void deliverOverSockets();
+
 /// A remote writer of one of our topics, as discovery reports it.
 struct RemoteWriter {
   Guid guid{};
@@ -58,6 +62,8 @@ class Participant {
  public:
   /// @throws DdsError.
   explicit Participant(ParticipantOptions options);
+
+  Guid guid() const;
 
   /// Datagrams that its guard has dropped (see packet_guard.hpp).
   std::uint64_t droppedPackets() const;
@@ -85,7 +91,7 @@ struct EntityOptions {
 
 enum class WriteResult { kOk, kTimeout, kError };
 
-enum class TopicId { kRequest, kCancel, kEvent, kStatus };
+enum class TopicId { kRequest, kCancel, kEvent, kStatus, kProbe };
 
 /// Answers that one events writer can hold; each has at most 4096 events.
 inline constexpr int kAnswersPerWriter = 128;
@@ -113,6 +119,11 @@ struct TopicOf<msg::PlanEvent> {
 template <>
 struct TopicOf<msg::DaemonStatus> {
   static constexpr TopicId kId = TopicId::kStatus;
+};
+
+template <>
+struct TopicOf<msg::Probe> {
+  static constexpr TopicId kId = TopicId::kProbe;
 };
 
 /// What Writer<T> is made of; use that.

@@ -2,6 +2,7 @@
 #include "dds/dds_endpoint.hpp"
 
 #include "dds/client_stream.hpp"
+#include "dds/prober.hpp"
 #include "dds/sender_pool.hpp"
 #include "wire/codec.hpp"
 #include "wire/entities.hpp"
@@ -69,6 +70,9 @@ struct DdsEndpoint::Impl {
   std::optional<wire::Reader<msg::DaemonStatus>> status_reader;
   std::optional<wire::Reader<msg::HandoverRequest>> request_reader;
   std::optional<wire::Reader<msg::HandoverCancel>> cancel_reader;
+  std::optional<wire::Writer<msg::Probe>> probe_writer;
+  std::optional<wire::Reader<msg::Probe>> probe_reader;
+  std::optional<Prober> prober;
 
   template <typename Call>
   void deliver(Call call) {
@@ -209,6 +213,18 @@ struct DdsEndpoint::Impl {
     if (const auto* found = std::get_if<RequestId>(&id)) cancel(*found, CancelCause::kAsked);
   }
 
+  /// Answered through everything that a request's event goes through but the runtime's work.
+  void onProbe(const wire::Sample<msg::Probe>& sample) {
+    if (sample.message == nullptr || sample.message->answer() ||
+        sample.message->participant() != participant.guid()) {
+      return;
+    }
+    msg::Probe answer = *sample.message;
+    answer.answer(true);
+    deliver([](RequestHandler&) {});  // hangs where the handler does
+    senders.post([this, answer] { (void)probe_writer->write(answer); });
+  }
+
   void onStatus(const wire::Sample<msg::DaemonStatus>& sample) {
     const MutexLock lock(mutex);
     daemons.take(sample);
@@ -229,10 +245,14 @@ DdsEndpoint::DdsEndpoint(const DdsEndpointSettings& settings)
       impl.participant,
       wire::EntityOptions{.on_match = [&impl](const auto& match) { impl.onStatusMatch(match); }},
       [&impl](const auto& sample) { impl.onStatus(sample); });
+  impl.probe_writer.emplace(impl.participant, wire::EntityOptions{});
+  impl.probe_reader.emplace(impl.participant, wire::EntityOptions{},
+                            [&impl](const auto& sample) { impl.onProbe(sample); });
 }
 
 DdsEndpoint::~DdsEndpoint() {
   DdsEndpoint::stopReceiving();
+  impl_->probe_reader.reset();
   impl_->request_reader.reset();
   impl_->cancel_reader.reset();
   impl_->status_reader.reset();
@@ -300,6 +320,12 @@ std::vector<DaemonStatus> DdsEndpoint::others() const {
   const DaemonId own = impl_->own_id;
   std::erase_if(others, [&](const DaemonStatus& daemon) { return daemon.id == own; });
   return others;
+}
+
+bool DdsEndpoint::reachable(std::chrono::milliseconds most) {
+  Impl& impl = *impl_;
+  if (!impl.prober) impl.prober.emplace(impl.settings.domain, impl.participant.guid());
+  return impl.prober->probe(most);
 }
 
 void DdsEndpoint::flush(std::chrono::milliseconds most) {

@@ -33,6 +33,11 @@ class DdsEndpoint : public Endpoint {
   std::vector<DaemonStatus> others() const override;
   void flush(std::chrono::milliseconds most) override;
 
+  /// True when a question from a second participant of this process, which comes and is answered
+  /// over the sockets, got its answer within `most`. Takes no worker. One thread at a time; the
+  /// process delivers over sockets only (see wire::deliverOverSockets()). @throws wire::DdsError.
+  bool reachable(std::chrono::milliseconds most);
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -400,7 +400,6 @@ void Runtime::publishStatus() {
     status.counters = counters_;
   }
   endpoint_.publishStatus(status);
-  if (settings_.alive) settings_.alive();
 }
 
 // Threads.

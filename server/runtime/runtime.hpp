@@ -35,8 +35,6 @@ struct RuntimeSettings {
   /// Called once, from the preparing thread, when a cell cannot be prepared; requests fail from
   /// then on.
   std::function<void(const std::string&)> on_prepare_failed;
-  /// Called with each report, at least every second while the daemon's threads go on.
-  std::function<void()> alive;
 };
 
 /// Owns the threads between endpoint and planning. Requests are accepted as soon as start()

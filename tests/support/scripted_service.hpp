@@ -49,8 +49,8 @@ class ScriptedService : public PlanService {
   }
 
  private:
-  inline static const std::vector<std::string> kTasks{"answer", "one",       "three",      "fail",
-                                                      "echo",   "hold",      "paced",      "throw",
+  inline static const std::vector<std::string> kTasks{"answer", "one",       "three",     "fail",
+                                                      "echo",   "hold",      "paced",     "throw",
                                                       "touch",  "touch_low", "refuse_low"};
 
   static double numberOf(const PlanRequest& request) {

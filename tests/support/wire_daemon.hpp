@@ -6,26 +6,20 @@
 #include "process.hpp"
 #include "runtime/runtime.hpp"
 #include "scripted_service.hpp"
+#include "wire/entities.hpp"
 
-#include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <gtest/gtest.h>
 
 #include <optional>
 
 namespace handover::test {
 
-/// As between processes: Fast DDS 2.9 hands samples over inside one process and loses some, also of
-/// reliable writers, while another participant joins. Before the first participant.
-inline void deliverOverSockets() {
-  eprosima::fastrtps::LibrarySettingsAttributes settings;
-  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
-  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
-}
-
 /// A domain with, once started, a daemon of ScriptedService in it.
 class WireDaemonTest : public testing::Test {
  public:
-  static void SetUpTestSuite() { deliverOverSockets(); }
+  /// As between processes. Fast DDS 2.9 hands samples over inside one process and loses some, also
+  /// of reliable writers, while another participant joins.
+  static void SetUpTestSuite() { wire::deliverOverSockets(); }
 
  protected:
   static PlanRequest scripted(const std::string& task) {

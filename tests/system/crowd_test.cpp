@@ -20,13 +20,13 @@ TEST(Crowd, OfShortLivedClientsIsAnswered) {
   ASSERT_TRUE(daemon.waitForOutput("serving"));
 
   const std::string ctl = HANDOVER_BINARY_DIR "/bin/handoverctl";
-  const std::vector<std::string> plan{ctl,      "plan",   "--cell",   "script",
-                                      "--task", "answer", "--domain", domain};
-  const std::vector<std::string> status{ctl, "status", "--domain", domain};
+  const std::vector<std::string> plan{ctl,      "plan",     "--cell", "script", "--task",
+                                      "answer", "--domain", domain,   "--wait", "30"};
+  const std::vector<std::string> status{ctl, "status", "--domain", domain, "--wait", "30"};
   std::atomic<int> next = 0, failed = 0;
   const auto ask = [&] {
     for (int i = next++; i < clients; i = next++) {
-      const Finished finished = run(i % 2 == 0 ? plan : status);
+      const Finished finished = run(i % 2 == 0 ? plan : status, {}, 60s);
       if (finished.status != 0 && failed++ == 0) ADD_FAILURE() << finished.err;
     }
   };

@@ -274,7 +274,7 @@ TEST_F(ClientAnswers, OfStatusesComeAtOnce) {
     std::cout << "status after " << 1e3 * took.count() << " ms\n";
     least = std::min(least, took.count());
   }
-  EXPECT_LT(least, 0.3);  // usual is 0.1
+  EXPECT_LT(least, 1);  // usual is 0.07; a busy machine takes half a second
 }
 
 }  // namespace

@@ -11,7 +11,6 @@
 
 #include <handover/client/client.hpp>
 
-#include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,13 +28,7 @@ PlanRequest scripted(const std::string& task) {
 
 class DdsEndpointTest : public testing::Test {
  public:
-  /// As between processes: Fast DDS 2.9 hands samples over inside one process and loses some, also
-  /// of reliable writers, while another participant joins.
-  static void SetUpTestSuite() {
-    eprosima::fastrtps::LibrarySettingsAttributes settings;
-    settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
-    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
-  }
+  static void SetUpTestSuite() { wire::deliverOverSockets(); }
 
  protected:
   const int domain = freeDomain();
@@ -222,6 +215,17 @@ TEST_F(DdsEndpointTest, FirstEventComesFastOnceMatched) {
   std::cout << "answer of 40 events, write to outcome: median " << 1e3 * seconds[25]
             << " ms, worst " << 1e3 * seconds.back() << " ms\n";
   EXPECT_LT(seconds[25], 0.1);
+}
+
+TEST_F(DdsEndpointTest, IsReachedByItsOwnProbe) {
+  EXPECT_TRUE(endpoint.reachable(20s));
+  start();
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(endpoint.reachable(20s));
+  // No request of anybody, no place in the queue.
+  Client client({.domain = domain, .client_id = {}, .wait = 20s});
+  const DaemonStatus status = client.daemons().at(0);
+  EXPECT_EQ(status.counters, OutcomeCounters{});
+  EXPECT_EQ(status.clients, 0u);
 }
 
 }  // namespace
