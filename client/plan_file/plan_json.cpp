@@ -33,14 +33,20 @@ Json toJson(const Hold& hold) {
           {"X_LO", toJson(hold.X_LO)}};
 }
 
-/// A single thing that a cause speaks of is no pair: it stands in `about`.
+/// A single thing that a cause speaks of is no pair: it stands in `about`. A collision without
+/// names is the sum of all pairs that are not listed.
 Json toJson(const CauseCount& cause) {
   const auto& [first, second] = cause.pair;
   const bool pair = !first.empty() && !second.empty();
   Json json = {{"cause", toString(cause.cause)},
                {"pair", pair ? toJson(cause.pair) : Json()},
                {"count", cause.count}};
-  if (!pair && !(first + second).empty()) json["about"] = first + second;
+  const bool sum = cause.cause == Cause::kCollision || cause.cause == Cause::kSelfCollision;
+  if (!pair && !(first + second).empty()) {
+    json["about"] = first + second;
+  } else if (!pair && sum) {
+    json["about"] = kOtherPairs;
+  }
   if (cause.stage) json["stage"] = toJson(*cause.stage);
   return json;
 }

@@ -58,14 +58,6 @@ class SceneResolver {
     }
   }
 
-  /// What a fault adds about a word that is none of the named: the nearest of them.
-  template <typename Named>
-  static std::string nearestNamed(const Named& all, const std::string& word) {
-    std::set<std::string> names;
-    for (const auto& one : all) names.insert(one.name);
-    return nearestSaid(nearestOf(names, word));
-  }
-
   std::string noRobot(const std::string& name) const {
     return "no robot '" + name + "' in this cell" + nearestNamed(cell_.robots, name);
   }

@@ -344,8 +344,8 @@ bool ChainSearch::backOut(std::size_t handover, bool& pose_dropped) {
   return true;
 }
 
-/// How the object is taken depends on the first grasp alone, how it is left on the last: what cannot
-/// be timed there cannot with any tuple.
+/// How the object is taken depends on the first grasp alone, how it is left on the last: what
+/// cannot be timed there cannot with any tuple.
 void ChainSearch::dropEnd(const StageRef& stage, int pick, int place) {
   const StageAction action = stage.action;
   if (stage.holder == 0 && action < StageAction::kCarry) failPick(pick);
