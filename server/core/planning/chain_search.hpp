@@ -52,8 +52,12 @@ struct SearchState {
 
   bool spent() const {
     return motion_attempts >= problem.settings.motion_attempts ||
-           grasp_attempts >= problem.settings.grasp_attempts ||
-           failed_trees >= problem.settings.failed_trees;
+           grasp_attempts >= mostGraspAttempts() || failed_trees >= problem.settings.failed_trees;
+  }
+
+  std::uint32_t mostGraspAttempts() const {
+    const SearchSettings& settings = problem.settings;
+    return problem.task.chain.size() > 2 ? settings.grasp_attempts_inner : settings.grasp_attempts;
   }
 
   /// The deadline is over: the search ends, wherever it is.

@@ -92,8 +92,9 @@ struct SearchSettings {
   std::uint32_t turned_motions = 45;   ///< of the next, before poses are drawn at random
   std::uint32_t motion_attempts = 70;  ///< tuples of a request whose motions are tried; up to 42
                                        ///< were needed
-  std::uint32_t grasp_attempts = 200;  ///< tuples whose hands did not go together; 42 were needed
-  std::uint32_t failed_trees = 60;     ///< of a request, most of the time of those that fail
+  std::uint32_t grasp_attempts = 500;  ///< tuples whose hands did not go together; 387 were needed
+  std::uint32_t grasp_attempts_inner = 200;  ///< in chains of more than one handover; 185 were
+  std::uint32_t failed_trees = 60;           ///< of a request, most of the time of those that fail
   // Of the handovers before a chain's last one: per grasp of the receiver where it gives the object
   // on, poses and grasps of the giver that are followed up; in all; and how often a grasp may fail.
   std::uint32_t inner_poses = 200;
