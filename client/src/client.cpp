@@ -47,6 +47,7 @@ std::string randomClientId() { return "client-" + RequestId::random().hex().subs
 
 struct Client::Impl {
   using Pending = std::shared_ptr<PlanHandle::State>;
+  using RequestWriter = std::shared_ptr<wire::Writer<msg::HandoverRequest>>;
 
   struct Arrival {
     Clock::time_point at;
@@ -234,7 +235,7 @@ struct Client::Impl {
     if (!pending.emplace(state->request.id, state).second) {
       throw std::invalid_argument("request " + state->request.id.hex() + " is being asked for");
     }
-    state->written_at = state->heard_at = state->answered_at = Clock::now();
+    state->written_at = state->heard_at = state->asked_at = state->answered_at = Clock::now();
     state->cell_was_served = known_daemons.anyServes(state->request.cell);
   }
 
@@ -303,6 +304,10 @@ struct Client::Impl {
         lock.unlock();
         for (const auto& [state, error] : over) fail(state, error);
         lock.lock();
+      } else if (const auto silent = silentOnes(next); !silent.empty()) {
+        lock.unlock();
+        for (const auto& [writer, request] : silent) (void)writer->write(wire::encode(request));
+        lock.lock();
       } else if (next == Clock::time_point::max()) {
         changed.wait(lock);
       } else {
@@ -333,6 +338,24 @@ struct Client::Impl {
       }
     }
     return over;
+  }
+
+  /// Requests to ask for again, as nothing was heard of them for `wait`: a daemon that has
+  /// forgotten the answer, which a client may sleep through, says so; one that works on it does
+  /// nothing.
+  std::vector<std::pair<RequestWriter, PlanRequest>> silentOnes(Clock::time_point& next)
+      HANDOVER_REQUIRES(mutex) {
+    std::vector<std::pair<RequestWriter, PlanRequest>> silent;
+    for (const auto& [id, state] : pending) {
+      if (state->writer == nullptr) continue;
+      const auto now = Clock::now();
+      if (std::max(state->heard_at, state->asked_at) + options.wait <= now) {
+        silent.emplace_back(state->writer, state->request);
+        state->asked_at = now;
+      }
+      next = std::min(next, std::max(state->heard_at, state->asked_at) + options.wait);
+    }
+    return silent;
   }
 
   /// Until when a request may go on, and what it ends with then.
@@ -420,7 +443,7 @@ struct Client::Impl {
   /// Forgets a request here and, its instance being disposed, in the daemon. Without the lock:
   /// writers may be calling back.
   void end(const Pending& state, Clock::time_point at) HANDOVER_EXCLUDES(mutex) {
-    std::shared_ptr<wire::Writer<msg::HandoverRequest>> writer;
+    RequestWriter writer;
     {
       const MutexLock lock(mutex);
       state->ended = true;

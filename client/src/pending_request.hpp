@@ -26,6 +26,7 @@ struct PlanHandle::State {
 
   std::shared_ptr<wire::Writer<msg::HandoverRequest>> writer;  ///< none before the write and after
   Clock::time_point written_at{}, heard_at{}, answered_at{};
+  Clock::time_point asked_at{};                 ///< for the last time
   std::optional<AnswerId> answer;               ///< the one that is taken
   std::set<AnswerId> dropped;                   ///< those before it: their daemons may still write
   std::optional<Clock::time_point> planned_at;  ///< the first whole plan was there

@@ -180,11 +180,17 @@ TEST_F(ClientAnswers, KeepADaemonsIdToWhoHadItFirst) {
   EXPECT_EQ(daemons[0].cells[0].name, "script");
 }
 
-TEST_F(ClientAnswers, EndWhenTheyAreSilentForTooLong) {
+TEST_F(ClientAnswers, AreAskedForAgainWhileTheyAreSilentAndEndAfterLong) {
   const EventDaemon daemon(domain, "silent", {{{}, kOne, 0, 0, Accepted{}}});
-  Client client({.domain = domain, .client_id = "silent", .wait = 20s, .silence = 300ms});
+  wire::Participant listening({.domain = domain, .name = "listening", .on_writer = {}});
+  std::atomic<int> heard = 0;
+  const wire::Reader<msg::HandoverRequest> requests(
+      listening, {}, [&heard](const auto& sample) { heard += sample.message != nullptr ? 1 : 0; });
+  Client client({.domain = domain, .client_id = "silent", .wait = 1s, .silence = 4s});
   const auto handle = client.plan(scripted("answer"));
   ASSERT_TRUE(handle.waitFor(20s));
+  EXPECT_GE(heard, 3);
+  EXPECT_LE(heard, 5);
   try {
     (void)handle.wait();
     FAIL() << "it ended well";
