@@ -348,7 +348,7 @@ TEST_F(ScriptedCtl, CancelAndWatchFindARequestById) {
   EXPECT_EQ(ctl("cancel " + id).status, 0);
   EXPECT_EQ(plan.wait(), 11);
   EXPECT_EQ(watch.wait(), 11);
-  const auto unknown = ctl("cancel 00112233445566778899aabbccddeeff --wait 0.5");
+  const auto unknown = ctl("cancel 00112233445566778899aabbccddeeff --wait 4");
   EXPECT_EQ(unknown.status, 2);
   EXPECT_THAT(unknown.err, HasSubstr("no such request"));
 }
