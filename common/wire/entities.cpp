@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wire/entities.hpp"
 
+#include "wire/message_type.hpp"
 #include "wire/packet_guard.hpp"
 
 #include <handover/common/domain.hpp>
@@ -60,19 +61,19 @@ dds::TypeSupport makeType(TopicId id) {
   dds::TopicDataType* type = nullptr;
   switch (id) {
     case TopicId::kRequest:
-      type = new msg::HandoverRequestPubSubType;
+      type = new MessageType<msg::HandoverRequestPubSubType>;
       break;
     case TopicId::kCancel:
-      type = new msg::HandoverCancelPubSubType;
+      type = new MessageType<msg::HandoverCancelPubSubType>;
       break;
     case TopicId::kEvent:
-      type = new msg::PlanEventPubSubType;
+      type = new MessageType<msg::PlanEventPubSubType>;
       break;
     case TopicId::kStatus:
-      type = new msg::DaemonStatusPubSubType;
+      type = new MessageType<msg::DaemonStatusPubSubType>;
       break;
     case TopicId::kProbe:
-      type = new msg::ProbePubSubType;
+      type = new MessageType<msg::ProbePubSubType>;
       break;
   }
   dds::TypeSupport support(type);
