@@ -86,7 +86,7 @@ std::vector<RequestId> ClientStream::replace(const WriterPtr& broken) {
     const MutexLock lock(mutex_);
     std::erase(writers_, broken);
   }
-  const auto ids = broken->unfinished();
+  std::vector<RequestId> ids = broken->unfinished();
   const WriterPtr next = addWriter();
   for (const RequestId& id : ids) (void)next->write(givenUp(id));
   return ids;
