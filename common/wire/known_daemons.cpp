@@ -7,6 +7,11 @@
 #include <variant>
 
 namespace handover::wire {
+namespace {
+
+bool stays(const DaemonStatus& status) { return status.state != DaemonState::kStopping; }
+
+}  // namespace
 
 void KnownDaemons::take(const Sample<msg::DaemonStatus>& sample) {
   if (sample.message == nullptr) return lose(sample.writer);
@@ -26,16 +31,21 @@ bool KnownDaemons::announced(const Guid& entity) const {
                      [&](const auto& entry) { return sameParticipant(entry.first, entity); });
 }
 
+std::size_t KnownDaemons::size() const {
+  return static_cast<std::size_t>(std::count_if(
+      by_writer_.begin(), by_writer_.end(), [](const auto& entry) { return stays(entry.second); }));
+}
+
 bool KnownDaemons::anyServes(const std::string& cell) const {
-  const auto daemons = all();
-  return std::any_of(daemons.begin(), daemons.end(),
-                     [&](const DaemonStatus& daemon) { return serves(daemon, cell); });
+  return std::any_of(by_writer_.begin(), by_writer_.end(), [&](const auto& entry) {
+    return stays(entry.second) && serves(entry.second, cell);
+  });
 }
 
 std::vector<DaemonStatus> KnownDaemons::all() const {
   std::vector<DaemonStatus> all;
   for (const auto& [writer, status] : by_writer_) {
-    if (status.state != DaemonState::kStopping) all.push_back(status);
+    if (stays(status)) all.push_back(status);
   }
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
   return all;

@@ -29,7 +29,7 @@ class KnownDaemons {
 
   bool empty() const { return size() == 0; }
 
-  std::size_t size() const { return all().size(); }
+  std::size_t size() const;
 
   /// True when one of them serves that cell.
   bool anyServes(const std::string& cell) const;

@@ -206,7 +206,6 @@ bool ChainSearch::open() {
   SearchCounts& counts = state_.counts;
   counts.lattice_points = std::max(counts.lattice_points, static_cast<std::uint32_t>(points));
   counts.may_meet = counts.may_meet || (holders() > 1 && mayMeet());
-  apart_ = points == 0;
   ++counts.chains;
   return any;
 }
@@ -221,6 +220,14 @@ bool ChainSearch::mayMeet() const {
     if (between > most) return false;
   }
   return true;
+}
+
+/// Two arms that follow each other have no lattice point in common.
+bool ChainSearch::apart() {
+  for (std::size_t k = 0; k + 1 < holders(); ++k) {
+    if (latticeOf(k).both.empty()) return true;
+  }
+  return false;
 }
 
 /// How far apart [m] the tools of two hands at the object can be, at most.
@@ -678,7 +685,7 @@ bool ChainSearch::searchScattered(HandoverCandidates& counts, std::uint32_t& not
   state_.counts.cut = true;  // a sample proves nothing
   const std::uint32_t dear_before = dear_poses_;
   // A request's poses, evenly over its chains.
-  const std::uint32_t poses = apart_ ? settings_.scattered_poses_apart : settings_.scattered_poses;
+  const std::uint32_t poses = apart() ? settings_.scattered_poses_apart : settings_.scattered_poses;
   const std::uint32_t most = poses / std::max(1u, state_.counts.chains);
   for (std::uint32_t i = 0; i < most; ++i) {
     if (spent() || state_.over()) return false;

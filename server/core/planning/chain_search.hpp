@@ -127,6 +127,7 @@ class ChainSearch {
   const Lattice& latticeOf(std::size_t handover);
   double maxToolSeparation(std::size_t handover) const;
   bool mayMeet() const;
+  bool apart();
   const PrunedGrasps& takesOf(std::size_t handover);
 
   bool searchSingle();
@@ -167,9 +168,8 @@ class ChainSearch {
   /// Handover and receiver's grasp: how often no pose was found for it.
   std::map<std::pair<std::size_t, int>, std::uint32_t> inner_failures_;
   std::uint32_t inner_poses_ = 0;
-  bool apart_ = false;            ///< two that follow each other have no lattice point in common
-  std::uint32_t trees_seen_ = 0;  ///< of the motions' failed ones, already in the state
-  std::uint32_t dear_poses_ = 0;  ///< whose collisions were looked at
+  std::uint32_t trees_seen_ = 0;              ///< of the motions' failed ones, already in the state
+  std::uint32_t dear_poses_ = 0;              ///< whose collisions were looked at
   std::vector<std::uint64_t> receiver_bins_;  ///< by point of the last handover's lattice
   PrunedGrasps takes_left_;      ///< of the first holder, without those that cannot be taken
   std::set<int> failed_picks_;   ///< grasps of the first holder that cannot be taken
