@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report.hpp"
 
+#include "plan_file/plan_json.hpp"
+
 #include <handover/common/printable.hpp>
 
 #include <spdlog/fmt/fmt.h>
@@ -23,7 +25,7 @@ std::string causeText(const CauseCount& cause) {
   std::string text = toString(cause.cause);
   if (!first.empty()) text += " " + printable(first);
   if (!second.empty()) text += " - " + printable(second);
-  if (cause.cause == Cause::kCollision && first.empty()) text += " of other pairs";
+  if (client::sumsOtherPairs(cause)) text += std::string(" of ") + client::kOtherPairs;
   if (cause.stage) {
     text +=
         fmt::format(" ({} of holder {})", toString(cause.stage->action), cause.stage->holder + 1);

@@ -33,18 +33,16 @@ Json toJson(const Hold& hold) {
           {"X_LO", toJson(hold.X_LO)}};
 }
 
-/// A single thing that a cause speaks of is no pair: it stands in `about`. A collision without
-/// names is the sum of all pairs that are not listed.
+/// A single thing that a cause speaks of is no pair: it stands in `about`.
 Json toJson(const CauseCount& cause) {
   const auto& [first, second] = cause.pair;
   const bool pair = !first.empty() && !second.empty();
   Json json = {{"cause", toString(cause.cause)},
                {"pair", pair ? toJson(cause.pair) : Json()},
                {"count", cause.count}};
-  const bool sum = cause.cause == Cause::kCollision || cause.cause == Cause::kSelfCollision;
   if (!pair && !(first + second).empty()) {
     json["about"] = first + second;
-  } else if (!pair && sum) {
+  } else if (sumsOtherPairs(cause)) {
     json["about"] = kOtherPairs;
   }
   if (cause.stage) json["stage"] = toJson(*cause.stage);
@@ -187,6 +185,11 @@ Json farthestOf(const std::optional<Farthest>& farthest) {
 }
 
 }  // namespace
+
+bool sumsOtherPairs(const CauseCount& cause) {
+  const bool collision = cause.cause == Cause::kCollision || cause.cause == Cause::kSelfCollision;
+  return collision && cause.pair.first.empty() && cause.pair.second.empty();
+}
 
 Json toJson(const SceneSnapshot& scene) {
   Json upright;
