@@ -340,6 +340,9 @@ struct WriterCore::Impl : public dds::DataWriterListener {
   void close() {
     if (writer != nullptr) {
       writer->set_listener(nullptr);
+      // Deleting a writer of this version frees what is in its history while a heartbeat may walk
+      // it, forever then, if a reader lags behind.
+      writer->clear_history(nullptr);
       publisher->delete_datawriter(writer);
     }
     if (publisher != nullptr) parent->participant->delete_publisher(publisher);
