@@ -7,9 +7,10 @@
 //   prepare    builds what is missing, ends; files and processors; Runtime::stop()
 //   worker-N   takes a request, plans; the queue; Runtime::stop()
 //   status     reports changes, expires queued deadlines; changes and time; Runtime::stop()
-//   to CLIENT  writes one client's stages; its queue and that client's acknowledgements;
-//   ~DdsEndpoint (Fast DDS) receive, discovery, timers; the network; ~DdsEndpoint. They decode,
-//   enqueue and return.
+//   send-N     writes events, makes and deletes their writers; what is to be sent; ~DdsEndpoint
+//   probe      asks the daemon from outside every two seconds; an answer; runDaemon()
+//   (Fast DDS) receive, discovery, timers; the network; ~DdsEndpoint. They decode, enqueue and
+//              return.
 #include "cells/cell_service.hpp"
 #include "cells/decomposition_cache.hpp"
 #include "cells/scene_check.hpp"
@@ -140,7 +141,8 @@ int serve(const Options& options) {
   try {
     CellService service(setup.root, setup.settings.cells, cacheOf(setup.settings), std::ref(bar),
                         false, signals.stopping());
-    const DaemonOptions daemon{setup.settings.domain, runtimeSettings(setup.settings)};
+    const DaemonOptions daemon{.domain = setup.settings.domain,
+                               .runtime = runtimeSettings(setup.settings)};
     return runDaemon(service, daemon, signals) ? kExitDone : kExitConfiguration;
   } catch (const std::exception&) {
     if (signals.stopping().over()) return kExitDone;  // told to stop before it served

@@ -25,6 +25,7 @@ int exitCodeOf(ClientError::Code code) {
   switch (code) {
     case ClientError::Code::kNoDaemon:
     case ClientError::Code::kDaemonLost:
+    case ClientError::Code::kTimeLimit:
       return kExitNoDaemon;
     case ClientError::Code::kInterrupted:
       return kExitCancelled;

@@ -61,6 +61,7 @@ Json statusJson(const DaemonStatus& status) {
           {"clients", status.clients},
           {"refused", status.refused},
           {"memory_bytes", status.memory_bytes},
+          {"dropped_packets", status.dropped_packets},
           {"counters",
            {{"accepted", n.accepted},
             {"done", n.done},

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report.hpp"
 
+#include "plan_file/plan_json.hpp"
+
 #include <handover/common/printable.hpp>
 
 #include <spdlog/fmt/fmt.h>
@@ -23,7 +25,7 @@ std::string causeText(const CauseCount& cause) {
   std::string text = toString(cause.cause);
   if (!first.empty()) text += " " + printable(first);
   if (!second.empty()) text += " - " + printable(second);
-  if (cause.cause == Cause::kCollision && first.empty()) text += " of other pairs";
+  if (client::sumsOtherPairs(cause)) text += std::string(" of ") + client::kOtherPairs;
   if (cause.stage) {
     text +=
         fmt::format(" ({} of holder {})", toString(cause.stage->action), cause.stage->holder + 1);
@@ -218,8 +220,10 @@ void printStatus(std::ostream& out, const DaemonStatus& status) {
   const OutcomeCounters& n = status.counters;
   out << fmt::format("  requests: {} accepted, {} done, {} failed, {} cancelled, {} rejected\n",
                      n.accepted, n.done, n.failed, n.cancelled, n.rejected);
-  out << fmt::format("  clients: {}, requests refused: {}, memory: {:.0f} MB\n", status.clients,
-                     status.refused, 1e-6 * static_cast<double>(status.memory_bytes));
+  out << fmt::format(
+      "  clients: {}, requests refused: {}, packets dropped: {}, memory: {:.0f} MB\n",
+      status.clients, status.refused, status.dropped_packets,
+      1e-6 * static_cast<double>(status.memory_bytes));
   for (const CellInfo& cell : status.cells) {
     out << fmt::format("  cell {} (revision {}):", printable(cell.name), cell.revision);
     for (const auto& task : cell.tasks) out << ' ' << printable(task);

@@ -40,7 +40,11 @@ Json toJson(const CauseCount& cause) {
   Json json = {{"cause", toString(cause.cause)},
                {"pair", pair ? toJson(cause.pair) : Json()},
                {"count", cause.count}};
-  if (!pair && !(first + second).empty()) json["about"] = first + second;
+  if (!pair && !(first + second).empty()) {
+    json["about"] = first + second;
+  } else if (sumsOtherPairs(cause)) {
+    json["about"] = kOtherPairs;
+  }
   if (cause.stage) json["stage"] = toJson(*cause.stage);
   return json;
 }
@@ -181,6 +185,11 @@ Json farthestOf(const std::optional<Farthest>& farthest) {
 }
 
 }  // namespace
+
+bool sumsOtherPairs(const CauseCount& cause) {
+  const bool collision = cause.cause == Cause::kCollision || cause.cause == Cause::kSelfCollision;
+  return collision && cause.pair.first.empty() && cause.pair.second.empty();
+}
 
 Json toJson(const SceneSnapshot& scene) {
   Json upright;

@@ -10,6 +10,11 @@
 
 namespace handover::client {
 
+/// What a cause is about that is the sum of all pairs not listed.
+constexpr const char* kOtherPairs = "other pairs";
+/// True for such a cause: a collision without names.
+bool sumsOtherPairs(const CauseCount& cause);
+
 Json toJson(const SceneSnapshot& scene);
 Json toJson(const Quality& quality);
 /// As `explanation`: with the reason, and never without a cause.

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "plan_file/plan_json.hpp"
+
 #include <handover/client/plan_file.hpp>
 #include <handover/common/check.hpp>
 
@@ -324,7 +326,8 @@ std::vector<CauseCount> causes(const Node& node, FailureReason reason) {
                      pairOrNone(it["pair"]),
                      {},
                      it["count"].whole<std::uint32_t>()};
-    if (const Node about = it.member("about"); !about.null()) cause.pair.first = about.text();
+    const Node about = it.member("about");
+    if (!about.null() && about.text() != kOtherPairs) cause.pair.first = about.text();
     if (const Node at = it.member("stage"); !at.null()) cause.stage = stageRef(at);
     all.push_back(std::move(cause));
   }

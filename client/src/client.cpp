@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "pending_request.hpp"
+#include "shared_participant.hpp"
 #include "wire/codec.hpp"
 #include "wire/entities.hpp"
 #include "wire/known_daemons.hpp"
+#include "writer_lease.hpp"
 
 #include <handover/client/client.hpp>
 #include <handover/common/check.hpp>
@@ -12,17 +15,23 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <set>
 #include <thread>
 
 namespace handover::client {
 namespace {
 
+using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using Code = ClientError::Code;
 
+/// Daemons that run already answer a newcomer at about the same time.
+constexpr std::chrono::milliseconds kTogether = 40ms;
 /// A little more than the period at which participants announce themselves.
-constexpr std::chrono::milliseconds kAnnouncements{300};
+constexpr std::chrono::milliseconds kAnnouncements = 300ms;
+/// Events of participants that have not announced a daemon yet, until they do.
+constexpr std::size_t kMostHeld = 4096;
+/// A deadline beyond a day is none, as in the daemon.
+constexpr double kLongestDeadline = 86'400;
 
 int domainOf(const ClientOptions& options) {
   if (options.domain) return *options.domain;
@@ -36,63 +45,14 @@ std::string randomClientId() { return "client-" + RequestId::random().hex().subs
 
 }  // namespace
 
-struct PlanHandle::State {
-  PlanRequest request;
-  OnEvent on_event;
-  OnRestart on_restart;
-  std::weak_ptr<Client::Impl> client;
-  std::promise<Outcome> promise;
-  std::shared_future<Outcome> future = promise.get_future().share();
-
-  // Guarded by the client's mutex.
-  Clock::time_point written_at{}, answered_at{};
-  std::optional<AnswerId> answer;               ///< the one that is taken
-  std::set<AnswerId> dropped;                   ///< those before it: their daemons may still write
-  std::optional<Clock::time_point> planned_at;  ///< the first whole plan was there
-  std::optional<Clock::time_point> failed_at;   ///< why there is none
-  std::map<std::uint32_t, std::uint32_t> stages_missing;  ///< by solution
-  std::uint32_t next_sequence = 0;
-  bool ended = false;
-  bool cell_was_served = false;
-  bool cancel_wanted = false;
-  std::optional<Clock::time_point> lost_at;
-
-  /// Forgets the answer so far; true when there was one. With the client's mutex held.
-  bool begin(const AnswerId& id) {
-    const bool again = answer.has_value();
-    if (again) dropped.insert(*answer);
-    answer = id;
-    planned_at.reset();
-    failed_at.reset();
-    stages_missing.clear();
-    next_sequence = 0;
-    return again;
-  }
-
-  /// Notes what an event means for the request. With the client's mutex held.
-  void note(const PlanEvent& event, Clock::time_point at) {
-    ++next_sequence;
-    if (const auto* solution = std::get_if<Solution>(&event.payload)) {
-      stages_missing[solution->index] = solution->stage_count;
-    } else if (const auto* stage = std::get_if<StageTrajectory>(&event.payload)) {
-      const auto found = stages_missing.find(stage->solution);
-      const bool whole = found != stages_missing.end() && --found->second == 0;
-      if (whole && !planned_at) planned_at = at;
-    } else if (std::holds_alternative<Failure>(event.payload) && !failed_at) {
-      failed_at = at;
-    } else if (const auto* outcome = std::get_if<Outcome>(&event.payload)) {
-      if (std::holds_alternative<Failed>(*outcome) && !failed_at) failed_at = at;
-      if (!std::holds_alternative<Failed>(*outcome)) failed_at.reset();
-    }
-  }
-};
-
 struct Client::Impl {
   using Pending = std::shared_ptr<PlanHandle::State>;
+  using RequestWriter = std::shared_ptr<wire::Writer<msg::HandoverRequest>>;
 
   struct Arrival {
     Clock::time_point at;
     RequestId id;
+    wire::Guid writer{};
     wire::Decoded<PlanEvent> event;
     bool watched = false;
   };
@@ -106,17 +66,21 @@ struct Client::Impl {
   wire::KnownDaemons known_daemons HANDOVER_GUARDED_BY(mutex);
   std::map<RequestId, Pending> pending HANDOVER_GUARDED_BY(mutex);
   std::deque<Arrival> arrivals HANDOVER_GUARDED_BY(mutex);
+  /// Of participants that have not announced a daemon.
+  std::deque<Arrival> held HANDOVER_GUARDED_BY(mutex);
   OnEvent on_watched HANDOVER_GUARDED_BY(mutex);
   bool interrupted HANDOVER_GUARDED_BY(mutex) = false;
   bool stopping HANDOVER_GUARDED_BY(mutex) = false;
 
+  Mutex making;  // held while the event readers are made
+
   // Last but the thread: their callbacks use all above.
-  wire::Participant participant;
-  wire::Writer<msg::HandoverRequest> requests;
-  wire::Writer<msg::HandoverCancel> cancels;
-  wire::Reader<msg::PlanEvent> events;
+  const std::shared_ptr<const wire::Participant> participant;
   wire::Reader<msg::DaemonStatus> statuses;
-  std::optional<wire::Reader<msg::PlanEvent>> watched;
+  WriterLease<msg::HandoverRequest> requests;
+  WriterLease<msg::HandoverCancel> cancels;
+  std::optional<wire::Reader<msg::PlanEvent>> events HANDOVER_GUARDED_BY(making);
+  std::optional<wire::Reader<msg::PlanEvent>> watched HANDOVER_GUARDED_BY(making);
 
   std::jthread dispatcher;
 
@@ -124,14 +88,18 @@ struct Client::Impl {
       : options(given),
         domain(domainOf(given)),
         client_id(given.client_id.empty() ? randomClientId() : given.client_id),
-        participant({.domain = domain, .name = "handover client", .on_writer = {}}),
-        requests(participant,
-                 {.user_data = client_id, .on_match = [this](const auto&) { touch(); }}),
-        cancels(participant, {.on_match = [this](const auto&) { touch(); }}),
-        events(participant, {.partition = client_id, .on_match = [this](const auto&) { touch(); }},
-               [this](const auto& sample) { onEvent(sample, false); }),
-        statuses(participant, {.on_match = [this](const auto& match) { onStatusMatch(match); }},
+        participant(sharedParticipant(domain)),
+        statuses(*participant, {.on_match = [this](const auto& match) { onStatusMatch(match); }},
                  [this](const auto& sample) { onStatus(sample); }),
+        requests([this] {
+          return std::make_shared<wire::Writer<msg::HandoverRequest>>(
+              *participant, wire::EntityOptions{.user_data = client_id,
+                                                .on_match = [this](const auto&) { touch(); }});
+        }),
+        cancels([this] {
+          return std::make_shared<wire::Writer<msg::HandoverCancel>>(
+              *participant, wire::EntityOptions{.on_match = [this](const auto&) { touch(); }});
+        }),
         dispatcher([this] { dispatch(); }) {}
 
   /// Ends the thread; requests still open fail.
@@ -142,8 +110,13 @@ struct Client::Impl {
     }
     changed.notify_all();
     dispatcher.join();
-    const MutexLock lock(mutex);
-    for (const auto& [id, state] : pending) {
+    std::map<RequestId, Pending> open;
+    {
+      const MutexLock lock(mutex);
+      open.swap(pending);
+    }
+    for (const auto& [id, state] : open) {
+      state->writer.reset();
       state->promise.set_exception(
           std::make_exception_ptr(ClientError(Code::kInterrupted, "the client was closed")));
     }
@@ -158,15 +131,26 @@ struct Client::Impl {
 
   void onEvent(const wire::Sample<msg::PlanEvent>& sample, bool by_watch) {
     if (sample.message == nullptr) return;
-    Arrival arrival{Clock::now(), RequestId{sample.key}, wire::decode(*sample.message), by_watch};
+    Arrival arrival{Clock::now(), RequestId{sample.key}, sample.writer,
+                    wire::decode(*sample.message), by_watch};
     const MutexLock lock(mutex);
-    arrivals.push_back(std::move(arrival));
-    changed.notify_all();
+    if (known_daemons.announced(arrival.writer)) {
+      arrivals.push_back(std::move(arrival));
+      changed.notify_all();
+    } else if (held.size() < kMostHeld) {
+      held.push_back(std::move(arrival));
+    }
   }
 
   void onStatus(const wire::Sample<msg::DaemonStatus>& sample) {
     const MutexLock lock(mutex);
     known_daemons.take(sample);
+    const auto unknown = std::stable_partition(
+        held.begin(), held.end(), [this](const Arrival& arrival) HANDOVER_REQUIRES(mutex) {
+          return known_daemons.announced(arrival.writer);
+        });
+    std::move(held.begin(), unknown, std::back_inserter(arrivals));
+    held.erase(held.begin(), unknown);
     changed.notify_all();
   }
 
@@ -179,6 +163,12 @@ struct Client::Impl {
 
   // ---- callers' threads ----
 
+  void refuseInCallback(const char* what) const {
+    if (std::this_thread::get_id() == dispatcher.get_id()) {
+      throw std::logic_error(std::string(what) + " in a callback would wait for itself");
+    }
+  }
+
   /// Waits for a condition, at most until `until`; false when it was not met. @throws kInterrupted.
   template <typename Test>
   bool await(MutexLock& lock, Clock::time_point until, Test test) HANDOVER_REQUIRES(mutex) {
@@ -188,31 +178,112 @@ struct Client::Impl {
     return met && test();
   }
 
-  /// Matched both ways: what is written from now on arrives, and so does the answer.
-  void awaitDaemon(MutexLock& lock) HANDOVER_REQUIRES(mutex) {
-    const auto until = Clock::now() + options.wait;
-    const bool there = await(lock, until, [this]() HANDOVER_REQUIRES(mutex) {
-      return !known_daemons.empty() && requests.matched() > 0 && cancels.matched() > 0;
+  /// A daemon is announced and has matched the writers: what they write from now on arrives.
+  template <typename... Writers>
+  void awaitDaemon(MutexLock& lock, const Writers&... writers) HANDOVER_REQUIRES(mutex) {
+    const bool there = await(lock, Clock::now() + options.wait, [&]() HANDOVER_REQUIRES(mutex) {
+      return !known_daemons.empty() && ((writers->matched() > 0) && ...);
     });
     if (!there) {
       throw ClientError(Code::kNoDaemon, "no daemon in domain " + std::to_string(domain));
     }
-    // The daemon makes our events writer as soon as it sees our request writer. One that does not
-    // know us makes it with the first request; its events wait for us then.
-    using namespace std::chrono_literals;
-    await(lock, std::min(until, Clock::now() + 500ms), [this] { return events.matched() > 0; });
   }
 
-  /// Waits for a daemon beyond those known, at most a period of announcements.
-  void awaitMore(MutexLock& lock, std::size_t known) HANDOVER_REQUIRES(mutex) {
-    await(lock, Clock::now() + kAnnouncements,
-          [this, known]() HANDOVER_REQUIRES(mutex) { return known_daemons.size() > known; });
+  /// Those announced, once there is one, and those that show up with it.
+  std::vector<DaemonStatus> daemonsTogether() {
+    MutexLock lock(mutex);
+    awaitDaemon(lock);
+    for (std::size_t known = 0; known != known_daemons.size();) {
+      known = known_daemons.size();
+      await(lock, Clock::now() + kTogether,
+            [this, known]() HANDOVER_REQUIRES(mutex) { return known_daemons.size() > known; });
+    }
+    // Who has been found has a status that is on its way.
+    await(lock, Clock::now() + kAnnouncements, [this]() HANDOVER_REQUIRES(mutex) {
+      return statuses.matched() <= static_cast<int>(known_daemons.size());
+    });
+    return known_daemons.all();
+  }
+
+  void makeEventReader() {
+    const MutexLock lock(making);
+    if (events) return;
+    events.emplace(*participant, wire::EntityOptions{.partition = client_id},
+                   [this](const auto& sample) { onEvent(sample, false); });
+  }
+
+  void makeWatchingReader() {
+    const MutexLock lock(making);
+    watched.emplace(*participant, wire::EntityOptions{.partition = "*"},
+                    [this](const auto& sample) { onEvent(sample, true); });
   }
 
   void sendCancel(const RequestId& id) {
+    const auto writer = cancels.next();
+    if (writer->matched() == 0) {
+      MutexLock lock(mutex);
+      awaitDaemon(lock, writer);
+    }
     // Ours end with the instance too, but the message is what other clients can send.
-    if (cancels.write(wire::encodeCancel(id)) != wire::WriteResult::kOk) {
+    if (writer->write(wire::encodeCancel(id)) != wire::WriteResult::kOk) {
       throw ClientError(Code::kDds, "the cancel could not be written");
+    }
+  }
+
+  /// Notes a request that is about to be written. @throws std::invalid_argument.
+  void enter(const Pending& state) HANDOVER_REQUIRES(mutex) {
+    if (!pending.emplace(state->request.id, state).second) {
+      throw std::invalid_argument("request " + state->request.id.hex() + " is being asked for");
+    }
+    state->written_at = state->heard_at = state->asked_at = state->answered_at = Clock::now();
+    state->cell_was_served = known_daemons.anyServes(state->request.cell);
+  }
+
+  /// What the wire cannot carry is rejected as the daemon would. False: it can.
+  bool rejected(const Pending& state) {
+    auto faults = check(state->request);
+    if (faults.empty()) return false;
+    const Outcome outcome = Rejected{RejectionReason::kBadRequest, std::move(faults)};
+    const MutexLock lock(mutex);
+    enter(state);
+    arrivals.push_back({Clock::now(),
+                        state->request.id,
+                        {},
+                        PlanEvent{state->request.id, RequestId::random().bytes, 0, 0, outcome}});
+    changed.notify_all();
+    return true;
+  }
+
+  void write(const Pending& state) {
+    const auto writer = requests.next();
+    const auto cancelling = cancels.next();  // so that a cancel need not wait
+    {
+      MutexLock lock(mutex);
+      awaitDaemon(lock, writer, cancelling);
+      enter(state);
+      state->writer = writer;
+    }
+    if (writer->write(wire::encode(state->request)) != wire::WriteResult::kOk) {
+      throw ClientError(Code::kDds, "the request could not be written");
+    }
+    MutexLock lock(mutex);
+    const auto taken = [&state] { return state->next_sequence > 0 || state->ended; };
+    if (!await(lock, Clock::now() + options.wait, taken)) {
+      throw ClientError(Code::kNoDaemon, "no daemon took the request");
+    }
+  }
+
+  /// Writes it and waits until it is taken; who is interrupted then has something to cancel.
+  void ask(const Pending& state) {
+    try {
+      write(state);
+    } catch (...) {
+      {
+        const MutexLock lock(mutex);
+        if (state->next_sequence > 0 || state->ended) return;
+      }
+      end(state, Clock::now());
+      throw;
     }
   }
 
@@ -221,73 +292,135 @@ struct Client::Impl {
   void dispatch() noexcept {
     MutexLock lock(mutex);
     while (!stopping) {
-      if (arrivals.empty()) {
-        auto next = Clock::time_point::max();
-        const auto given_up = lost(next);
-        if (!given_up.empty()) {
-          lock.unlock();
-          for (const Pending& state : given_up) {
-            fail(state,
-                 ClientError(Code::kDaemonLost, "the daemon went away and did not come back"));
-          }
-          lock.lock();
-        } else if (next == Clock::time_point::max()) {
-          changed.wait(lock);
-        } else {
-          changed.wait_until(lock, next);
-        }
-        continue;
-      }
-      const Arrival arrival = std::move(arrivals.front());
-      arrivals.pop_front();
-      if (arrival.watched) {
-        if (const auto* event = std::get_if<PlanEvent>(&arrival.event)) {
-          const OnEvent call = on_watched;
-          lock.unlock();
-          call(*event);
-          lock.lock();
-        }
-      } else {
+      auto next = Clock::time_point::max();
+      if (!arrivals.empty()) {
+        const Arrival arrival = std::move(arrivals.front());
+        arrivals.pop_front();
+        const OnEvent watching = on_watched;
         lock.unlock();
-        take(arrival);
+        handle(arrival, watching);
         lock.lock();
+      } else if (const auto over = overdue(next); !over.empty()) {
+        lock.unlock();
+        for (const auto& [state, error] : over) fail(state, error);
+        lock.lock();
+      } else if (const auto silent = silentOnes(next); !silent.empty()) {
+        lock.unlock();
+        for (const auto& [writer, request] : silent) (void)writer->write(wire::encode(request));
+        lock.lock();
+      } else if (next == Clock::time_point::max()) {
+        changed.wait(lock);
+      } else {
+        changed.wait_until(lock, next);
       }
     }
   }
 
-  /// Without the lock: what it calls may come back to us.
-  void take(const Arrival& arrival) HANDOVER_EXCLUDES(mutex) {
-    const auto* event = std::get_if<PlanEvent>(&arrival.event);
-    Pending state;
-    std::string fault;
-    bool restart = false, late_cancel = false;
-    {
-      const MutexLock lock(mutex);
-      const auto found = pending.find(arrival.id);
-      if (found == pending.end()) return;
-      state = found->second;
-      if (event == nullptr) {
-        fault = "unreadable event:" + describe(std::get<std::vector<Fault>>(arrival.event));
+  void handle(const Arrival& arrival, const OnEvent& watching) HANDOVER_EXCLUDES(mutex) {
+    if (!arrival.watched) {
+      take(arrival);
+    } else if (const auto* event = std::get_if<PlanEvent>(&arrival.event)) {
+      watching(*event);
+    }
+  }
+
+  /// Requests whose time is over; `next` is when to look again if there is none.
+  std::vector<std::pair<Pending, ClientError>> overdue(Clock::time_point& next)
+      HANDOVER_REQUIRES(mutex) {
+    const auto now = Clock::now();
+    std::vector<std::pair<Pending, ClientError>> over;
+    for (const auto& [id, state] : pending) {
+      const auto [until, error] = limit(*state, now);
+      if (until <= now) {
+        over.emplace_back(state, error);
       } else {
-        if (state->dropped.contains(event->answer_id)) return;
-        restart = state->answer != event->answer_id && state->begin(event->answer_id);
-        if (event->sequence < state->next_sequence) return;
-        if (event->sequence > state->next_sequence) {
-          fault = "event " + std::to_string(state->next_sequence) + " is missing before event " +
-                  std::to_string(event->sequence);
-        } else {
-          state->note(*event, arrival.at);
-          late_cancel = state->next_sequence == 1 && state->cancel_wanted;
-          changed.notify_all();
-        }
+        next = std::min(next, until);
       }
     }
-    if (!fault.empty()) {
-      fail(state, ClientError(Code::kBadStream, fault));
-      return;
+    return over;
+  }
+
+  /// Requests to ask for again, as nothing was heard of them for `wait`: a daemon that has
+  /// forgotten the answer, which a client may sleep through, says so; one that works on it does
+  /// nothing.
+  std::vector<std::pair<RequestWriter, PlanRequest>> silentOnes(Clock::time_point& next)
+      HANDOVER_REQUIRES(mutex) {
+    std::vector<std::pair<RequestWriter, PlanRequest>> silent;
+    for (const auto& [id, state] : pending) {
+      if (state->writer == nullptr) continue;
+      const auto now = Clock::now();
+      if (std::max(state->heard_at, state->asked_at) + options.wait <= now) {
+        silent.emplace_back(state->writer, state->request);
+        state->asked_at = now;
+      }
+      next = std::min(next, std::max(state->heard_at, state->asked_at) + options.wait);
     }
-    if (late_cancel) (void)cancels.write(wire::encodeCancel(arrival.id));
-    deliver(state, *event, restart, arrival.at);
+    return silent;
+  }
+
+  /// Until when a request may go on, and what it ends with then.
+  std::pair<Clock::time_point, ClientError> limit(PlanHandle::State& state, Clock::time_point now)
+      HANDOVER_REQUIRES(mutex) {
+    const bool there = state.cell_was_served ? known_daemons.anyServes(state.request.cell)
+                                             : !known_daemons.empty();
+    if (there) {
+      state.lost_at.reset();
+    } else if (!state.lost_at) {
+      state.lost_at = now;
+    }
+    auto until = state.heard_at + options.silence;
+    if (state.request.deadline_s) {
+      const std::chrono::duration<double> most(
+          std::min(*state.request.deadline_s, kLongestDeadline));
+      until = std::min(until, state.written_at + options.wait +
+                                  std::chrono::duration_cast<Clock::duration>(most));
+    }
+    if (state.lost_at && *state.lost_at + options.wait <= until) {
+      return {*state.lost_at + options.wait,
+              ClientError(Code::kDaemonLost, "the daemon went away and did not come back")};
+    }
+    return {until, ClientError(Code::kTimeLimit, "the daemon did not answer in time")};
+  }
+
+  /// What an event means for its request.
+  struct Taken {
+    Pending state;  ///< null: nothing
+    std::string fault;
+    bool restart = false, late_cancel = false;
+  };
+
+  Taken note(const Arrival& arrival) {
+    const auto* event = std::get_if<PlanEvent>(&arrival.event);
+    const MutexLock lock(mutex);
+    const auto found = pending.find(arrival.id);
+    if (found == pending.end()) return {};
+    PlanHandle::State& state = *found->second;
+    Taken taken{found->second, {}};
+    if (event == nullptr) {
+      taken.fault = "unreadable event:" + describe(std::get<std::vector<Fault>>(arrival.event));
+      return taken;
+    }
+    if (state.dropped.contains(event->answer_id)) return {};
+    taken.restart = state.answer != event->answer_id && state.begin(event->answer_id);
+    if (event->sequence < state.next_sequence) return {};
+    if (event->sequence > state.next_sequence) {
+      taken.fault = "event " + std::to_string(state.next_sequence) + " is missing before event " +
+                    std::to_string(event->sequence);
+      return taken;
+    }
+    state.note(*event, arrival.at);
+    taken.late_cancel = state.next_sequence == 1 && state.cancel_wanted;
+    changed.notify_all();
+    return taken;
+  }
+
+  /// Without the lock: what it calls may come back to us.
+  void take(const Arrival& arrival) HANDOVER_EXCLUDES(mutex) {
+    const Taken taken = note(arrival);
+    if (taken.state == nullptr) return;
+    if (!taken.fault.empty()) return fail(taken.state, ClientError(Code::kBadStream, taken.fault));
+    if (taken.late_cancel) (void)cancels.next()->write(wire::encodeCancel(arrival.id));
+    deliver(taken.state, std::get<PlanEvent>(arrival.event), taken.restart, arrival.at);
   }
 
   /// Calls back, and ends the request with its outcome or with what left a callback.
@@ -307,59 +440,55 @@ struct Client::Impl {
     state->promise.set_value(*outcome);
   }
 
-  /// Forgets a request here and, its instance being unregistered, in the daemon. Without the lock:
+  /// Forgets a request here and, its instance being disposed, in the daemon. Without the lock:
   /// writers may be calling back.
   void end(const Pending& state, Clock::time_point at) HANDOVER_EXCLUDES(mutex) {
+    RequestWriter writer;
     {
       const MutexLock lock(mutex);
       state->ended = true;
       state->answered_at = at;
-      pending.erase(state->request.id);
+      writer = std::move(state->writer);
+      const auto found = pending.find(state->request.id);
+      if (found != pending.end() && found->second == state) pending.erase(found);
       changed.notify_all();
     }
-    requests.unregister(wire::encode(state->request));
+    if (writer != nullptr) writer->dispose(wire::encode(state->request));
   }
 
   void fail(const Pending& state, const ClientError& error) HANDOVER_EXCLUDES(mutex) {
     end(state, Clock::now());
     state->promise.set_exception(std::make_exception_ptr(error));
   }
-
-  /// Requests whose daemon stayed away too long; `next` is when to look again.
-  std::vector<Pending> lost(Clock::time_point& next) HANDOVER_REQUIRES(mutex) {
-    next = Clock::time_point::max();
-    std::vector<Pending> given_up;
-    for (const auto& [id, state] : pending) {
-      const bool there = state->cell_was_served ? known_daemons.anyServes(state->request.cell)
-                                                : !known_daemons.empty();
-      if (there) {
-        state->lost_at.reset();
-        continue;
-      }
-      if (!state->lost_at) state->lost_at = Clock::now();
-      const auto until = *state->lost_at + options.wait;
-      if (until <= Clock::now()) {
-        given_up.push_back(state);
-      } else {
-        next = std::min(next, until);
-      }
-    }
-    return given_up;
-  }
 };
 
 // The handle.
 
-RequestId PlanHandle::id() const { return state_->request.id; }
+PlanHandle::State& PlanHandle::state() const {
+  if (state_ == nullptr) throw std::logic_error("the handle is of no request");
+  return *state_;
+}
 
-Outcome PlanHandle::wait() const { return state_->future.get(); }
+PlanHandle::State& PlanHandle::endedState() const {
+  if (!waitFor(0ms)) throw std::logic_error("the request has not ended");
+  return *state_;
+}
+
+RequestId PlanHandle::id() const { return state().request.id; }
+
+Outcome PlanHandle::wait() const {
+  const bool there = waitFor(0ms);
+  if (const auto client = state().client.lock(); client && !there)
+    client->refuseInCallback("wait()");
+  return state().future.get();
+}
 
 bool PlanHandle::waitFor(std::chrono::milliseconds most) const {
-  return state_->future.wait_for(most) == std::future_status::ready;
+  return state().future.wait_for(most) == std::future_status::ready;
 }
 
 void PlanHandle::cancel() const {
-  const auto client = state_->client.lock();
+  const auto client = state().client.lock();
   if (!client) return;
   {
     // A cancel that overtakes its request would find nothing to cancel.
@@ -371,17 +500,20 @@ void PlanHandle::cancel() const {
 }
 
 std::chrono::duration<double> PlanHandle::answerTime() const {
-  return state_->answered_at - state_->written_at;
+  const State& ended = endedState();
+  return ended.answered_at - ended.written_at;
 }
 
 std::optional<std::chrono::duration<double>> PlanHandle::firstPlanTime() const {
-  if (!state_->planned_at) return std::nullopt;
-  return *state_->planned_at - state_->written_at;
+  const State& ended = endedState();
+  if (!ended.planned_at) return std::nullopt;
+  return *ended.planned_at - ended.written_at;
 }
 
 std::optional<std::chrono::duration<double>> PlanHandle::failureTime() const {
-  if (!state_->failed_at) return std::nullopt;
-  return *state_->failed_at - state_->written_at;
+  const State& ended = endedState();
+  if (!ended.failed_at) return std::nullopt;
+  return *ended.failed_at - ended.written_at;
 }
 
 // The client.
@@ -403,6 +535,7 @@ Client::~Client() { impl_->shutDown(); }
 const std::string& Client::clientId() const { return impl_->client_id; }
 
 PlanHandle Client::plan(PlanRequest request, OnEvent on_event, OnRestart on_restart) {
+  impl_->refuseInCallback("plan()");
   if (request.id == RequestId{}) request.id = RequestId::random();
   request.client_id = impl_->client_id;
 
@@ -414,58 +547,20 @@ PlanHandle Client::plan(PlanRequest request, OnEvent on_event, OnRestart on_rest
   state.on_restart = std::move(on_restart);
   state.client = impl_;
 
-  MutexLock lock(impl_->mutex);
-  impl_->awaitDaemon(lock);
-  state.written_at = state.answered_at = Clock::now();
-  if (auto faults = check(state.request); !faults.empty()) {
-    state.ended = true;
-    const Outcome outcome = Rejected{RejectionReason::kBadRequest, std::move(faults)};
-    lock.unlock();
-    if (state.on_event) {
-      state.on_event({state.request.id, RequestId::random().bytes, 0, 0, outcome});
-    }
-    state.promise.set_value(outcome);
-    return handle;
-  }
-  state.cell_was_served = impl_->known_daemons.anyServes(state.request.cell);
-  impl_->pending[state.request.id] = handle.state_;
-  lock.unlock();
-  if (impl_->requests.write(wire::encode(state.request)) != wire::WriteResult::kOk) {
-    impl_->end(handle.state_, Clock::now());
-    throw ClientError(Code::kDds, "the request could not be written");
-  }
-  const auto taken = [&state] { return state.next_sequence > 0 || state.ended; };
-  lock.lock();
   try {
-    if (!impl_->await(lock, Clock::now() + impl_->options.wait, taken)) {
-      throw ClientError(Code::kNoDaemon, "no daemon took the request");
-    }
-  } catch (const ClientError&) {
-    if (taken()) return handle;  // who interrupts has something to cancel
-    lock.unlock();
-    impl_->end(handle.state_, Clock::now());
-    throw;
+    impl_->makeEventReader();
+    if (!impl_->rejected(handle.state_)) impl_->ask(handle.state_);
+  } catch (const wire::DdsError& error) {
+    throw ClientError(Code::kDds, error.what());
   }
   return handle;
 }
 
-void Client::cancel(const RequestId& id) {
-  {
-    MutexLock lock(impl_->mutex);
-    impl_->awaitDaemon(lock);
-  }
-  impl_->sendCancel(id);
-}
+void Client::cancel(const RequestId& id) { impl_->sendCancel(id); }
 
 std::vector<DaemonStatus> Client::daemons() {
-  MutexLock lock(impl_->mutex);
-  impl_->awaitDaemon(lock);
-  // Where one announced itself the others do so within a period of announcements.
-  for (std::size_t known = 0; known != impl_->known_daemons.size();) {
-    known = impl_->known_daemons.size();
-    impl_->awaitMore(lock, known);
-  }
-  return impl_->known_daemons.all();
+  impl_->refuseInCallback("daemons()");
+  return impl_->daemonsTogether();
 }
 
 bool Client::daemonThere() const {
@@ -479,9 +574,7 @@ void Client::watch(OnEvent on_event) {
     impl_->awaitDaemon(lock);
     impl_->on_watched = std::move(on_event);
   }
-  Impl& impl = *impl_;
-  impl.watched.emplace(impl.participant, wire::EntityOptions{.partition = "*"},
-                       [&impl](const auto& sample) { impl.onEvent(sample, true); });
+  impl_->makeWatchingReader();
 }
 
 void routeMiddlewareLog() { wire::routeDdsLog(true); }

@@ -30,7 +30,7 @@ constexpr std::size_t kMaxSamples = 200'000;
 constexpr std::size_t kMaxPairs = 10'000;
 constexpr std::size_t kMaxParts = 4096;
 constexpr int kMaxCompoundDepth = 4;
-constexpr double kMaxCoordinate = 1e6;  // [m], [rad] or [s]
+constexpr double kMaxCoordinate = 1e9;  // [m], [rad] or [s]: slow arms take weeks
 constexpr double kUnitQuaternionTolerance = 1e-3;
 
 /// A value together with its place in the file.

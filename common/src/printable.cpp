@@ -1,27 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <handover/common/printable.hpp>
+#include <handover/common/utf8.hpp>
 
 namespace handover {
 namespace {
 
-/// How many bytes a character takes by its first one; 0: it cannot start one.
-std::size_t sizeOf(unsigned char first) {
-  if (first < 0x80) return 1;
-  if (first >= 0xC2 && first <= 0xDF) return 2;
-  if (first >= 0xE0 && first <= 0xEF) return 3;
-  return first >= 0xF0 && first <= 0xF4 ? 4 : 0;
-}
-
 /// The size of the character that the text starts with; 0: it is none, or one that controls.
 std::size_t plainCharacter(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const std::size_t size = sizeOf(byte(0));
-  if (size > text.size()) return 0;
-  for (std::size_t i = 1; i < size; ++i) {
-    if ((byte(i) & 0xC0u) != 0x80) return 0;
-  }
-  const bool controls = byte(0) < 0x20 || byte(0) == 0x7F || (byte(0) == 0xC2 && byte(1) < 0xA0);
-  return controls ? 0 : size;
+  const bool controls =
+      byte(0) < 0x20 || byte(0) == 0x7F || (byte(0) == 0xC2 && text.size() > 1 && byte(1) < 0xA0);
+  return controls ? 0 : characterSize(text);
 }
 
 void escape(unsigned char byte, std::string& line) {

@@ -2,6 +2,7 @@
 #include "wire/entities.hpp"
 
 #include "wire/message_type.hpp"
+#include "wire/packet_guard.hpp"
 
 #include <handover/common/domain.hpp>
 #include <handover/common/log.hpp>
@@ -20,6 +21,7 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <handoverPubSubTypes.h>
 
 #include <algorithm>
@@ -43,14 +45,15 @@ struct TopicRow {
 constexpr TopicRow kTopics[] = {{TopicId::kRequest, kRequestTopic},
                                 {TopicId::kCancel, "handover/v1/cancel"},
                                 {TopicId::kEvent, "handover/v1/event"},
-                                {TopicId::kStatus, "handover/v1/status"}};
+                                {TopicId::kStatus, "handover/v1/status"},
+                                {TopicId::kProbe, "handover/v1/probe"}};
 constexpr std::size_t kTopicCount = std::size(kTopics);
 
-/// Samples of one request that an events writer holds, and requests of one client at a time.
-constexpr int kEventsPerRequest = 4096;
-constexpr int kRequestsPerClient = 256;
+constexpr int kEventsPerAnswer = 4096;
 /// Readers recycle an instance only when it was disposed: room for many that never were.
 constexpr int kReaderInstances = 1 << 18;
+/// Open requests or cancels of a client, daemons of one process.
+constexpr int kInstancesPerWriter = 4096;
 /// What readers set aside for a sample before they know its size.
 constexpr std::uint32_t kPayloadSize = 4096;
 
@@ -68,6 +71,9 @@ dds::TypeSupport makeType(TopicId id) {
       break;
     case TopicId::kStatus:
       type = new MessageType<msg::DaemonStatusPubSubType>;
+      break;
+    case TopicId::kProbe:
+      type = new MessageType<msg::ProbePubSubType>;
       break;
   }
   dds::TypeSupport support(type);
@@ -88,7 +94,8 @@ Guid toGuid(const rtps::GUID_t& guid) {
 
 Guid toGuid(const rtps::InstanceHandle_t& handle) { return toGuid(rtps::iHandle2GUID(handle)); }
 
-dds::DomainParticipantQos participantQos(const std::string& name) {
+dds::DomainParticipantQos participantQos(const std::string& name,
+                                         std::shared_ptr<DropCounter> dropped) {
   dds::DomainParticipantQos qos = dds::PARTICIPANT_QOS_DEFAULT;
   qos.name(name);
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
@@ -97,7 +104,7 @@ dds::DomainParticipantQos participantQos(const std::string& name) {
   udp->sendBufferSize = 4 << 20;
   udp->receiveBufferSize = 4 << 20;
   qos.transport().use_builtin_transports = false;
-  qos.transport().user_transports.push_back(udp);
+  qos.transport().user_transports.push_back(guarded(udp, std::move(dropped)));
   rtps::Locator_t loopback;
   eprosima::fastrtps::rtps::IPLocator::setIPv4(loopback, "127.0.0.1");
   auto& builtin = qos.wire_protocol().builtin;
@@ -106,32 +113,35 @@ dds::DomainParticipantQos participantQos(const std::string& name) {
   builtin.discovery_config.leaseDuration = {3, 0};
   // A lost first exchange waits for the next announcement: 3 s by default.
   builtin.discovery_config.leaseDuration_announcementperiod = {0, 200'000'000};
+  builtin.discovery_config.initial_announcements = {10, {0, 20'000'000}};
   return qos;
 }
 
+/// Samples of all instances together are not limited: the middleware adds up the limits of all
+/// readers and writers of a topic, in 32 bits.
 void limits(dds::ResourceLimitsQosPolicy& limits, int instances, int per_instance) {
   limits.max_instances = instances;
   limits.max_samples_per_instance = per_instance;
-  limits.max_samples = instances * per_instance;  // Fast DDS insists on at least this
+  limits.max_samples = 0;
   limits.allocated_samples = 16;
 }
 
-bool durable(TopicId topic) { return topic != TopicId::kCancel; }
+bool durable(TopicId topic) { return topic != TopicId::kCancel && topic != TopicId::kProbe; }
 
-/// What writers and readers of a topic have in common. kEvent keeps all samples of as many
-/// instances as `event_instances`, the others the last one of each.
+/// What writers and readers of a topic have in common. Events are all kept, of the others the last
+/// one of each instance.
 template <typename Qos>
-void configureTopic(Qos& qos, TopicId topic, int event_instances, int other_instances) {
+void configureTopic(Qos& qos, TopicId topic, int instances) {
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
   qos.durability().kind =
       durable(topic) ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
   if (topic == TopicId::kEvent) {
     qos.history().kind = dds::KEEP_ALL_HISTORY_QOS;
-    limits(qos.resource_limits(), event_instances, kEventsPerRequest);
+    limits(qos.resource_limits(), instances, kEventsPerAnswer);
   } else {
     qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
     qos.history().depth = 1;
-    limits(qos.resource_limits(), other_instances, 1);
+    limits(qos.resource_limits(), instances, 1);
   }
   qos.data_sharing().off();
 }
@@ -145,9 +155,9 @@ void configureGroup(Qos& qos, const EntityOptions& options) {
 
 dds::DataWriterQos writerQos(TopicId topic, const std::string& user_data) {
   dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
-  configureTopic(qos, topic, kRequestsPerClient, 4096);
+  configureTopic(qos, topic, topic == TopicId::kEvent ? kAnswersPerWriter : kInstancesPerWriter);
   qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
-  qos.reliability().max_blocking_time = {1, 0};
+  qos.reliability().max_blocking_time = {0, 20'000'000};
   qos.reliable_writer_qos().times.heartbeatPeriod = {0, 100'000'000};
   // A remote reader with a content filter crashes writers of this version on samples from 8 KB on.
   qos.writer_resource_limits().reader_filters_allocation.initial = 0;
@@ -158,7 +168,9 @@ dds::DataWriterQos writerQos(TopicId topic, const std::string& user_data) {
 
 dds::DataReaderQos readerQos(TopicId topic) {
   dds::DataReaderQos qos = dds::DATAREADER_QOS_DEFAULT;
-  configureTopic(qos, topic, kReaderInstances, kReaderInstances);
+  configureTopic(qos, topic, kReaderInstances);
+  // A late reader asks for what it missed as soon as it has matched.
+  qos.reliable_reader_qos().times.initialAcknackDelay = {0, 1'000'000};
   // Readers of the dynamic policies take no empty payload in this version, as a dispose from
   // another process is: they wait for it forever, and for all that comes after it.
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
@@ -222,10 +234,17 @@ void routeDdsLog(bool errors_only) {
   dds::Log::RegisterConsumer(std::make_unique<LogConsumer>());
 }
 
+void deliverOverSockets() {
+  eprosima::fastrtps::LibrarySettingsAttributes settings;
+  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+}
+
 struct Participant::Impl : public dds::DomainParticipantListener {
   ParticipantOptions options;
   dds::DomainParticipant* participant = nullptr;
   std::array<dds::Topic*, kTopicCount> topics{};
+  const std::shared_ptr<DropCounter> dropped = std::make_shared<DropCounter>(0);
 
   explicit Impl(ParticipantOptions given) : options(std::move(given)) {}
 
@@ -244,10 +263,10 @@ struct Participant::Impl : public dds::DomainParticipantListener {
     factory->get_qos(factory_qos);
     factory_qos.entity_factory().autoenable_created_entities = false;
     factory->set_qos(factory_qos);
-    participant = expect(
-        factory->create_participant(static_cast<dds::DomainId_t>(options.domain),
-                                    participantQos(options.name), this, dds::StatusMask::none()),
-        "DDS participant");
+    participant = expect(factory->create_participant(static_cast<dds::DomainId_t>(options.domain),
+                                                     participantQos(options.name, dropped), this,
+                                                     dds::StatusMask::none()),
+                         "DDS participant");
     // Types first: whatever else uses a participant with unregistered types misses them.
     for (std::size_t i = 0; i < kTopicCount; ++i) {
       dds::TypeSupport type = makeType(kTopics[i].id);
@@ -284,6 +303,10 @@ Participant::Participant(ParticipantOptions options) {
   impl_->open();
 }
 
+Guid Participant::guid() const { return toGuid(impl_->participant->guid()); }
+
+std::uint64_t Participant::droppedPackets() const { return *impl_->dropped; }
+
 struct WriterCore::Impl : public dds::DataWriterListener {
   std::shared_ptr<Participant::Impl> parent;
   EntityOptions options;
@@ -317,6 +340,9 @@ struct WriterCore::Impl : public dds::DataWriterListener {
   void close() {
     if (writer != nullptr) {
       writer->set_listener(nullptr);
+      // Deleting a writer of this version frees what is in its history while a heartbeat may walk
+      // it, forever then, if a reader lags behind.
+      writer->clear_history(nullptr);
       publisher->delete_datawriter(writer);
     }
     if (publisher != nullptr) parent->participant->delete_publisher(publisher);

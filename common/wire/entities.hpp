@@ -8,6 +8,7 @@
 
 #include <handover.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdint>
@@ -28,9 +29,18 @@ class DdsError : public std::runtime_error {
 /// Identity of a writer or reader anywhere in the domain.
 using Guid = std::array<std::uint8_t, 16>;
 
+/// True when two entities are of one participant.
+inline bool sameParticipant(const Guid& a, const Guid& b) {
+  return std::equal(a.begin(), a.begin() + 12, b.begin());
+}
+
 /// Sends Fast DDS's warnings (or only its errors) to our log, tag "fastdds", repeats left out.
 /// Call once, before the first participant.
 void routeDdsLog(bool errors_only);
+
+/// Has participants of this process reach each other by their sockets only, as others reach them.
+/// Otherwise one hears the other though nobody else can. Before the first participant.
+void deliverOverSockets();
 
 /// A remote writer of one of our topics, as discovery reports it.
 struct RemoteWriter {
@@ -46,12 +56,17 @@ struct ParticipantOptions {
   std::function<void(const RemoteWriter&)> on_writer;
 };
 
-/// A participant with the types and topics of handover registered. Move-only; the entities made
-/// from it keep it alive.
+/// A participant with the types and topics of handover registered. The entities made from it keep
+/// it alive.
 class Participant {
  public:
   /// @throws DdsError.
   explicit Participant(ParticipantOptions options);
+
+  Guid guid() const;
+
+  /// Datagrams that its guard has dropped (see packet_guard.hpp).
+  std::uint64_t droppedPackets() const;
 
   struct Impl;
 
@@ -76,7 +91,10 @@ struct EntityOptions {
 
 enum class WriteResult { kOk, kTimeout, kError };
 
-enum class TopicId { kRequest, kCancel, kEvent, kStatus };
+enum class TopicId { kRequest, kCancel, kEvent, kStatus, kProbe };
+
+/// Answers that one events writer can hold; each has at most 4096 events.
+inline constexpr int kAnswersPerWriter = 128;
 
 inline constexpr const char* kRequestTopic = "handover/v1/request";
 
@@ -101,6 +119,11 @@ struct TopicOf<msg::PlanEvent> {
 template <>
 struct TopicOf<msg::DaemonStatus> {
   static constexpr TopicId kId = TopicId::kStatus;
+};
+
+template <>
+struct TopicOf<msg::Probe> {
+  static constexpr TopicId kId = TopicId::kProbe;
 };
 
 /// What Writer<T> is made of; use that.

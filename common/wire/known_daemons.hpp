@@ -9,33 +9,36 @@
 #include <cstddef>
 #include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace handover::wire {
 
-/// The daemons that serve or are about to. Not synchronised: its owner's lock guards it.
+/// The daemons that serve or are about to. A status writer stands for one daemon, and a daemon for
+/// one writer: who claims another's id is not believed while that one is there. Not synchronised:
+/// its owner's lock guards it.
 class KnownDaemons {
  public:
-  /// Takes a daemon's latest status; forgets one that is stopping or whose status has ended. What
-  /// cannot be read is passed over.
+  /// Takes a daemon's latest status. What cannot be read is passed over.
   void take(const Sample<msg::DaemonStatus>& sample);
 
   /// Forgets the daemon whose status writer was lost.
   void lose(const Guid& writer);
 
-  bool empty() const { return daemons_.empty(); }
+  /// True when the entity is of a participant that announced a daemon, stopping ones included.
+  bool announced(const Guid& entity) const;
 
-  std::size_t size() const { return daemons_.size(); }
+  bool empty() const { return size() == 0; }
+
+  std::size_t size() const;
 
   /// True when one of them serves that cell.
   bool anyServes(const std::string& cell) const;
 
-  /// Their latest statuses, by id.
+  /// The latest statuses of those that do not stop, by id.
   std::vector<DaemonStatus> all() const;
 
  private:
-  std::map<DaemonId, std::pair<Guid, DaemonStatus>> daemons_;
+  std::map<Guid, DaemonStatus> by_writer_;
 };
 
 }  // namespace handover::wire

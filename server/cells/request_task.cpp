@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cells/request_task.hpp"
 
+#include "settings/yaml_reader.hpp"
+
 #include <algorithm>
 
 namespace handover {
@@ -13,7 +15,8 @@ ChainHolder holderNamed(const std::string& name, const Scene& scene, const std::
   const std::string robot = name.substr(0, slash);
   ChainHolder holder{scene.findRobot(robot), {}};
   if (!holder.robot.valid()) {
-    faults.push_back({field, "the cell has no robot '" + robot + "'"});
+    faults.push_back(
+        {field, "the cell has no robot '" + robot + "'" + nearestNamed(scene.robots, robot)});
     return holder;
   }
   const RobotModel& model = *scene.robots[holder.robot].model;
@@ -23,8 +26,10 @@ ChainHolder holderNamed(const std::string& name, const Scene& scene, const std::
   }
   const std::string arm = name.substr(slash + 1);
   holder.arm = model.findArm(arm);
-  if (!holder.arm.valid())
-    faults.push_back({field, "robot '" + robot + "' has no arm '" + arm + "'"});
+  if (!holder.arm.valid()) {
+    faults.push_back(
+        {field, "robot '" + robot + "' has no arm '" + arm + "'" + nearestNamed(model.arms, arm)});
+  }
   return holder;
 }
 
@@ -52,7 +57,8 @@ SceneTask namedTask(const PlanRequest& request, const Cell::Instance& instance,
   for (const auto& task : instance.tasks) {
     if (request.task.empty() || task.name == request.task) return task;
   }
-  faults.push_back({"task", "the cell has no task '" + request.task + "'"});
+  faults.push_back({"task", "the cell has no task '" + request.task + "'" +
+                                nearestNamed(instance.tasks, request.task)});
   return {};
 }
 
@@ -61,7 +67,8 @@ SceneTask describedTask(const PlanRequest& request, const Scene& scene,
   SceneTask task;
   task.object = request.object;
   if (const ObjectId object = scene.findObject(request.object); !object.valid()) {
-    faults.push_back({"object_name", "the cell has no object '" + request.object + "'"});
+    faults.push_back({"object_name", "the cell has no object '" + request.object + "'" +
+                                         nearestNamed(scene.objects, request.object)});
   } else {
     const SceneObject& it = scene.objects[object];
     task.X_WO_start = it.X_WO;

@@ -1,170 +1,150 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dds/client_stream.hpp"
 
-#include "runtime/thread_name.hpp"
-#include "wire/codec.hpp"
-
 #include <handover/common/log.hpp>
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
 
 namespace handover {
 namespace {
 
-using namespace std::chrono_literals;
+/// Events that a sender writes before others have their turn.
+constexpr std::size_t kTurn = 32;
+/// Of ended answers that nobody confirmed: beyond it the oldest are given up before their time.
+constexpr std::size_t kMostBytes = 32 << 20;
 
-/// Answered requests that are kept at most: half of what the writer can hold.
-constexpr std::size_t kAnswered = 128;
-
-msg::PlanEvent keyOnly(const RequestId& id) {
-  msg::PlanEvent message;
-  message.request_id(id.bytes);
-  return message;
+PlanEvent givenUp(const RequestId& id) {
+  Failed failed{FailureReason::kInternal, {}};
+  failed.explanation.filter = "wire";
+  failed.explanation.text = "The answer could not be sent whole: it has too many events.";
+  return {id, RequestId::random().bytes, 0, 0, Outcome{failed}};
 }
 
 }  // namespace
 
 ClientStream::ClientStream(const wire::Participant& participant, std::string client_id,
-                           Settings settings, std::function<void()> on_drop)
-    : participant_(participant),
-      client_id_(std::move(client_id)),
-      settings_(settings),
-      on_drop_(std::move(on_drop)),
-      thread_([this] { loop(); }) {}
+                           std::chrono::milliseconds retention)
+    : participant_(participant), client_id_(std::move(client_id)), retention_(retention) {}
 
-ClientStream::~ClientStream() {
-  {
-    const MutexLock lock(mutex_);
-    stopping_ = true;
-  }
-  changed_.notify_all();
+std::vector<ClientStream::WriterPtr> ClientStream::writers() const {
+  const MutexLock lock(mutex_);
+  return writers_;
 }
 
-void ClientStream::publish(const PlanEvent& event) {
+ClientStream::WriterPtr ClientStream::addWriter() {
+  auto made = std::make_shared<AnswerWriter>(participant_, client_id_);
+  const MutexLock lock(mutex_);
+  return writers_.emplace_back(std::move(made));
+}
+
+void ClientStream::prepare() {
+  if (writers().empty()) addWriter();
+}
+
+bool ClientStream::push(PlanEvent event) {
+  const MutexLock lock(mutex_);
+  last_used_ = Clock::now();
+  backlog_.push_back(std::move(event));
+  return !std::exchange(sending_, true);
+}
+
+ClientStream::WriterPtr ClientStream::writerOf(const PlanEvent& event) {
+  const auto all = writers();
+  if (event.sequence == 0) return all.empty() || all.back()->full() ? addWriter() : all.back();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const WriterPtr& each) {
+    return each->answering(event.request_id);
+  });
+  return found == all.end() ? nullptr : *found;
+}
+
+ClientStream::Sent ClientStream::send() {
+  Sent sent;
+  for (std::size_t turn = 0; turn < kTurn; ++turn) {
+    PlanEvent event;
+    {
+      const MutexLock lock(mutex_);
+      if (backlog_.empty()) break;
+      event = std::move(backlog_.front());
+      backlog_.pop_front();
+    }
+    const WriterPtr writer = writerOf(event);
+    if (writer == nullptr || writer->write(event)) continue;
+    const auto broken = replace(writer);
+    sent.broken.insert(sent.broken.end(), broken.begin(), broken.end());
+  }
+  tidy();
+  const MutexLock lock(mutex_);
+  sent.more = sending_ = !backlog_.empty();
+  return sent;
+}
+
+std::vector<RequestId> ClientStream::replace(const WriterPtr& broken) {
+  logger("dds")->warn("client {}: an answer that cannot be sent whole ends as failed", client_id_);
   {
     const MutexLock lock(mutex_);
-    last_used_ = Clock::now();
-    if (dropped_) return;
-    if (backlog_.size() >= settings_.max_backlog) {
-      dropped_ = true;
-      backlog_.clear();
+    std::erase(writers_, broken);
+  }
+  std::vector<RequestId> ids = broken->unfinished();
+  const WriterPtr next = addWriter();
+  for (const RequestId& id : ids) (void)next->write(givenUp(id));
+  return ids;
+}
+
+void ClientStream::tidy() {
+  std::size_t held = bytes();
+  std::vector<WriterPtr> over;  // ends without the lock
+  const MutexLock lock(mutex_);
+  for (auto it = writers_.begin(); it != writers_.end() && std::next(it) != writers_.end();) {
+    const bool too_much = held > kMostBytes && (*it)->unfinished().empty();
+    if (too_much || (*it)->spent(Clock::now() - retention_)) {
+      held -= (*it)->bytes();
+      over.push_back(std::move(*it));
+      it = writers_.erase(it);
     } else {
-      backlog_.push_back(event);
+      ++it;
     }
   }
-  changed_.notify_all();
+}
+
+void ClientStream::confirm(const RequestId& id) {
+  for (const WriterPtr& writer : writers()) writer->confirm(id);
 }
 
 bool ClientStream::idle() const {
   const MutexLock lock(mutex_);
-  return backlog_.empty() && instances_ == 0 && Clock::now() - last_used_ > settings_.retention;
-}
-
-void ClientStream::flush(Clock::time_point until) {
-  MutexLock lock(mutex_);
-  flush_wanted_ = true;
-  changed_.notify_all();
-  changed_.wait_until(lock, until, [this]() HANDOVER_REQUIRES(mutex_) {
-    return !flush_wanted_ || dropped_ || stopping_;
+  return !sending_ && std::all_of(writers_.begin(), writers_.end(), [](const WriterPtr& writer) {
+    return writer->unfinished().empty();
   });
 }
 
-// The stream's thread.
+bool ClientStream::spent() const {
+  const MutexLock lock(mutex_);
+  return !sending_ && std::all_of(writers_.begin(), writers_.end(), [&](const WriterPtr& writer) {
+    return writer->spent(Clock::now() - retention_);
+  });
+}
 
-void ClientStream::loop() noexcept {
-  nameThread("to " + client_id_);
-  try {
-    run();
-  } catch (const std::exception& error) {
-    logger("dds")->error("client {}: {}", client_id_, error.what());
-    const MutexLock lock(mutex_);
-    dropped_ = true;
-    backlog_.clear();
-  }
-  bool drop = false;
+bool ClientStream::delivered() const {
   {
     const MutexLock lock(mutex_);
-    drop = dropped_ && !stopping_;
-    instances_ = 0;
+    if (sending_) return false;
   }
-  changed_.notify_all();
-  if (drop) {
-    logger("dds")->warn("client {} does not keep up and is dropped", client_id_);
-    on_drop_();
-  }
+  const auto all = writers();
+  return std::all_of(all.begin(), all.end(),
+                     [](const WriterPtr& writer) { return writer->delivered(); });
 }
 
-void ClientStream::run() {
-  wire::Writer<msg::PlanEvent> writer(participant_, {.partition = client_id_});
-  while (true) {
-    std::deque<PlanEvent> batch;
-    {
-      MutexLock lock(mutex_);
-      const auto wake = [this]() HANDOVER_REQUIRES(mutex_) {
-        return stopping_ || dropped_ || flush_wanted_ || !backlog_.empty();
-      };
-      if (flush_wanted_ && backlog_.empty()) {
-        // Only when asked: events that came meanwhile would wait for the acknowledgement.
-        lock.unlock();
-        const bool all = writer.waitForAcknowledgments(50ms);
-        lock.lock();
-        if (all && backlog_.empty()) {
-          flush_wanted_ = false;
-          changed_.notify_all();
-        }
-      } else if (answered_.empty()) {
-        changed_.wait(lock, wake);
-      } else {
-        changed_.wait_until(lock, answered_.front().at + settings_.retention, wake);
-      }
-      if (stopping_ || dropped_) return;
-      batch.swap(backlog_);
-    }
-    for (const PlanEvent& event : batch) {
-      if (send(writer, event)) continue;
-      const MutexLock lock(mutex_);
-      dropped_ = true;
-      return;
-    }
-    forget(writer, Clock::now());
-  }
+std::size_t ClientStream::bytes() const {
+  std::size_t sum = 0;
+  for (const WriterPtr& writer : writers()) sum += writer->bytes();
+  return sum;
 }
 
-bool ClientStream::send(wire::Writer<msg::PlanEvent>& writer, const PlanEvent& event) {
-  if (event.sequence == 0) {
-    if (answered_.size() >= kAnswered) {
-      writer.waitForAcknowledgments(1s);  // what is forgotten is not sent again
-      forget(writer, Clock::time_point::max());
-    }
-    const MutexLock lock(mutex_);
-    ++instances_;
-  }
-  // One try blocks for the writer's blocking time; the client's lease is longer than that.
-  for (int attempt = 0; attempt < 5; ++attempt) {
-    const auto result = writer.write(wire::encode(event));
-    if (result == wire::WriteResult::kOk) {
-      if (std::holds_alternative<Outcome>(event.payload)) {
-        writer.dispose(keyOnly(event.request_id));
-        answered_.push_back({event.request_id, Clock::now()});
-      }
-      return true;
-    }
-    if (result == wire::WriteResult::kError) return false;
-    const MutexLock lock(mutex_);
-    if (stopping_) return false;
-  }
-  return false;
-}
-
-void ClientStream::forget(wire::Writer<msg::PlanEvent>& writer, Clock::time_point now) {
-  // A full writer forgets the older half of its answers before their time: not one by one, or each
-  // request from then on would wait for the acknowledgement, which takes up to a heartbeat.
-  const bool full = now == Clock::time_point::max();
-  while (!answered_.empty() && (full ? answered_.size() > kAnswered / 2
-                                     : now - answered_.front().at >= settings_.retention)) {
-    writer.unregister(keyOnly(answered_.front().id));
-    answered_.pop_front();
-    const MutexLock lock(mutex_);
-    --instances_;
-  }
+ClientStream::Clock::time_point ClientStream::lastUsed() const {
+  const MutexLock lock(mutex_);
+  return last_used_;
 }
 
 }  // namespace handover

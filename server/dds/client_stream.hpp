@@ -1,74 +1,78 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way to one client: a bounded queue, a thread and an events writer in the client's partition,
-// so that a slow or dead client holds up nobody else.
+// The way to one client: what is to be sent, and the writers of its partition that hold what was. A
+// client that is slow, stopped or gone holds up nobody: writing does not wait for it.
 #pragma once
 
-#include "wire/entities.hpp"
+#include "dds/answer_writer.hpp"
 
-#include <handover/common/mutex.hpp>
-#include <handover/common/plan_event.hpp>
-
-#include <chrono>
 #include <deque>
-#include <functional>
+#include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace handover {
 
-/// Public methods are safe from any thread and do not wait for the client, flush() apart.
+/// Public methods are safe from any thread; send() from one at a time, by what push() says.
 class ClientStream {
  public:
-  struct Settings {
-    std::chrono::milliseconds retention;
-    std::size_t max_backlog;
+  using Clock = AnswerWriter::Clock;
+
+  /// Answers that their client did not confirm stay readable for `retention`.
+  ClientStream(const wire::Participant& participant, std::string client_id,
+               std::chrono::milliseconds retention);
+
+  /// Makes a writer, ahead of the first answer.
+  void prepare();
+
+  /// Queues an event. True: nothing was queued, so that send() is to be called, until it says that
+  /// no more waits.
+  bool push(PlanEvent event);
+
+  struct Sent {
+    bool more = false;              ///< waits to be sent
+    std::vector<RequestId> broken;  ///< could not go on: their answers ended as failed
   };
 
-  /// `on_drop` is called, once and from the stream's thread, when the client does not keep up.
-  ClientStream(const wire::Participant& participant, std::string client_id, Settings settings,
-               std::function<void()> on_drop);
-  /// Joins; what is still queued is not sent.
-  ~ClientStream();
-  ClientStream(const ClientStream&) = delete;
-  ClientStream& operator=(const ClientStream&) = delete;
+  /// Writes some of what is queued. @throws wire::DdsError.
+  Sent send();
 
-  void publish(const PlanEvent& event);
-  /// True when nothing was published for the retention time and all instances are gone.
+  /// The client has the outcome of a request.
+  void confirm(const RequestId& id);
+
+  /// True when nothing waits and every answer has ended.
   bool idle() const;
-  /// Waits until the client has what was published before, or the time is over.
-  void flush(std::chrono::steady_clock::time_point until);
+  /// True when, besides, the client has confirmed all of them or they are too old.
+  bool spent() const;
+  /// True when what was pushed has arrived.
+  bool delivered() const;
+  /// Of the answers held.
+  std::size_t bytes() const;
+  /// When it was made or last pushed to.
+  Clock::time_point lastUsed() const;
 
  private:
-  using Clock = std::chrono::steady_clock;
+  using WriterPtr = std::shared_ptr<AnswerWriter>;
 
-  struct Answered {
-    RequestId id;
-    Clock::time_point at;
-  };
-
-  void loop() noexcept;
-  void run();
-  bool send(wire::Writer<msg::PlanEvent>& writer, const PlanEvent& event);
-  void forget(wire::Writer<msg::PlanEvent>& writer, Clock::time_point now);
+  std::vector<WriterPtr> writers() const;
+  WriterPtr addWriter();
+  /// The one that the event belongs to, made if need be; null: its answer was given up.
+  WriterPtr writerOf(const PlanEvent& event);
+  /// Ends what a writer has begun, in a new one.
+  std::vector<RequestId> replace(const WriterPtr& broken);
+  /// Gives up writers that are not needed any more; the newest stays for the next answer.
+  void tidy();
 
   const wire::Participant& participant_;
   const std::string client_id_;
-  const Settings settings_;
-  const std::function<void()> on_drop_;
-  std::deque<Answered> answered_;  // of the thread alone: disposed, not yet unregistered
+  const std::chrono::milliseconds retention_;
 
   mutable Mutex mutex_;
-  Condition changed_;
   std::deque<PlanEvent> backlog_ HANDOVER_GUARDED_BY(mutex_);
-  bool stopping_ HANDOVER_GUARDED_BY(mutex_) = false;
-  bool dropped_ HANDOVER_GUARDED_BY(mutex_) = false;
-  /// Until the client has acknowledged everything.
-  bool flush_wanted_ HANDOVER_GUARDED_BY(mutex_) = false;
-  std::size_t instances_ HANDOVER_GUARDED_BY(mutex_) = 0;
+  /// From the first event of the backlog until send() said that no more waits.
+  bool sending_ HANDOVER_GUARDED_BY(mutex_) = false;
+  /// The newest last: it takes the next answer unless it is full.
+  std::vector<WriterPtr> writers_ HANDOVER_GUARDED_BY(mutex_);
   Clock::time_point last_used_ HANDOVER_GUARDED_BY(mutex_) = Clock::now();
-
-  std::jthread thread_;
 };
 
 }  // namespace handover

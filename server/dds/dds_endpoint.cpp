@@ -2,6 +2,8 @@
 #include "dds/dds_endpoint.hpp"
 
 #include "dds/client_stream.hpp"
+#include "dds/prober.hpp"
+#include "dds/sender_pool.hpp"
 #include "wire/codec.hpp"
 #include "wire/entities.hpp"
 #include "wire/known_daemons.hpp"
@@ -16,6 +18,11 @@
 namespace handover {
 namespace {
 
+using Clock = ClientStream::Clock;
+
+/// Writing 40 events takes 2 ms; two threads leave one while the other makes or deletes a writer.
+constexpr int kSenders = 2;
+
 /// A client id that can stand as a partition: answers to one that breaks our pattern still find it,
 /// but partitions with wildcards would reach everybody.
 bool answerable(const std::string& client_id) {
@@ -26,6 +33,14 @@ bool answerable(const std::string& client_id) {
 }  // namespace
 
 struct DdsEndpoint::Impl {
+  using StreamPtr = std::shared_ptr<ClientStream>;
+
+  /// Who asked, until the outcome is on its way.
+  struct Origin {
+    std::string client_id;
+    wire::Guid writer{};
+  };
+
   explicit Impl(const DdsEndpointSettings& given)
       : settings(given),
         participant({.domain = given.domain,
@@ -36,9 +51,8 @@ struct DdsEndpoint::Impl {
   const DdsEndpointSettings settings;
 
   mutable Mutex mutex;
-  std::map<std::string, std::unique_ptr<ClientStream>> clients HANDOVER_GUARDED_BY(mutex);
-  std::map<std::string, std::set<RequestId>> requests_of_client HANDOVER_GUARDED_BY(mutex);
-  std::map<wire::Guid, std::set<RequestId>> requests_of_writer HANDOVER_GUARDED_BY(mutex);
+  std::map<std::string, StreamPtr> clients HANDOVER_GUARDED_BY(mutex);
+  std::map<RequestId, Origin> open HANDOVER_GUARDED_BY(mutex);
   wire::KnownDaemons daemons HANDOVER_GUARDED_BY(mutex);
   DaemonId own_id HANDOVER_GUARDED_BY(mutex){};
   bool receiving HANDOVER_GUARDED_BY(mutex) = false;
@@ -48,12 +62,17 @@ struct DdsEndpoint::Impl {
   Mutex delivering;  // held while the handler runs
   RequestHandler* handler HANDOVER_GUARDED_BY(delivering) = nullptr;
 
+  SenderPool senders{kSenders};
+
   // Last: their callbacks use all above.
   wire::Participant participant;
   std::optional<wire::Writer<msg::DaemonStatus>> status_writer;
   std::optional<wire::Reader<msg::DaemonStatus>> status_reader;
   std::optional<wire::Reader<msg::HandoverRequest>> request_reader;
   std::optional<wire::Reader<msg::HandoverCancel>> cancel_reader;
+  std::optional<wire::Writer<msg::Probe>> probe_writer;
+  std::optional<wire::Reader<msg::Probe>> probe_reader;
+  std::optional<Prober> prober;
 
   template <typename Call>
   void deliver(Call call) {
@@ -61,92 +80,149 @@ struct DdsEndpoint::Impl {
     if (handler != nullptr) call(*handler);
   }
 
-  /// The client's stream, made if need be; null when there are too many.
-  ClientStream* stream(const std::string& client_id) HANDOVER_REQUIRES(mutex) {
-    auto found = clients.find(client_id);
-    if (found != clients.end()) return found->second.get();
-    if (clients.size() >= settings.max_clients) return nullptr;
-    auto made = std::make_unique<ClientStream>(
-        participant, client_id, ClientStream::Settings{settings.retention, settings.max_backlog},
-        [this, client_id] { cancelAll(client_id); });
-    return clients.emplace(client_id, std::move(made)).first->second.get();
+  void cancel(const RequestId& id, CancelCause cause) {
+    deliver([&](RequestHandler& to) { to.onCancel(id, cause); });
   }
 
-  void cancelAll(const std::string& client_id) {
-    std::set<RequestId> ids;
-    {
-      const MutexLock lock(mutex);
-      ids.swap(requests_of_client[client_id]);
+  // ---- streams ----
+
+  /// The client's stream, made if need be.
+  StreamPtr stream(const std::string& client_id) HANDOVER_REQUIRES(mutex) {
+    StreamPtr& found = clients[client_id];
+    if (found == nullptr) {
+      found = std::make_shared<ClientStream>(participant, client_id, settings.retention);
+      senders.post([this] { prune(); });
     }
-    for (const RequestId& id : ids) {
-      deliver([&](RequestHandler& to) { to.onCancel(id, CancelCause::kClientLost); });
-    }
+    return found;
   }
 
-  /// A client's request writer carries its id: its events writer is there before the first request.
+  /// On a sender's thread: a turn of a stream that has something to send.
+  void send(const StreamPtr& to) {
+    const ClientStream::Sent sent = to->send();
+    if (sent.more) senders.post([this, to] { send(to); });
+    for (const RequestId& id : sent.broken) cancel(id, CancelCause::kClientLost);
+  }
+
+  /// Gives up streams without open requests: those unused for the retention time and, of the
+  /// others, all but the last used ones. Not on Fast DDS's threads.
+  void prune() {
+    std::vector<StreamPtr> over;  // end without the lock
+    const MutexLock lock(mutex);
+    for (const std::string& client_id : surplus()) over.push_back(extract(client_id));
+  }
+
+  StreamPtr extract(const std::string& client_id) HANDOVER_REQUIRES(mutex) {
+    const auto found = clients.find(client_id);
+    StreamPtr stream = std::move(found->second);
+    clients.erase(found);
+    return stream;
+  }
+
+  std::vector<std::string> surplus() HANDOVER_REQUIRES(mutex) {
+    std::set<std::string> busy;
+    for (const auto& [id, origin] : open) busy.insert(origin.client_id);
+    std::multimap<Clock::time_point, std::string, std::greater<>> idle;  // last used first
+    for (const auto& [client_id, stream] : clients) {
+      if (!busy.contains(client_id) && stream->idle()) {
+        idle.emplace(stream->lastUsed(), client_id);
+      }
+    }
+    std::vector<std::string> surplus;
+    std::size_t kept = 0, spent = 0, bytes = 0;
+    for (const auto& [used, client_id] : idle) {
+      const ClientStream& stream = *clients[client_id];
+      ++kept;
+      spent += stream.spent() ? 1 : 0;
+      bytes += stream.bytes();
+      const bool too_many = kept > settings.most_unconfirmed || bytes > settings.most_bytes ||
+                            (stream.spent() && spent > settings.most_idle);
+      if (too_many || used < Clock::now() - settings.retention) surplus.push_back(client_id);
+    }
+    return surplus;
+  }
+
+  // ---- Fast DDS's threads ----
+
+  /// A client's request writer carries its id: an events writer is there before the first request.
   void onWriter(const wire::RemoteWriter& writer) {
     if (writer.topic != wire::kRequestTopic || !validClientId(writer.user_data)) return;
     const MutexLock lock(mutex);
-    if (receiving) stream(writer.user_data);
+    if (!receiving) return;
+    senders.post([made = stream(writer.user_data)] { made->prepare(); });
   }
 
   void onRequest(const wire::Sample<msg::HandoverRequest>& sample) {
     const RequestId id{sample.key};
-    if (sample.message == nullptr) {
-      // From its own writer only: a vendor that sends no key hash with a dispose makes us read
-      // another key.
-      bool own = false;
-      {
-        const MutexLock lock(mutex);
-        const auto found = requests_of_writer.find(sample.writer);
-        own = found != requests_of_writer.end() && found->second.contains(id);
-      }
-      const CancelCause cause =
-          sample.writers_lost ? CancelCause::kClientLost : CancelCause::kDisposed;
-      if (own) deliver([&](RequestHandler& to) { to.onCancel(id, cause); });
-      return;
-    }
+    if (sample.message == nullptr) return onRequestEnd(id, sample);
     const std::string& client_id = sample.message->client_id();
-    const auto decoded = wire::decode(*sample.message);
     if (!answerable(client_id)) {
       logger("dds")->warn("request {}: its client id cannot be answered", id.hex());
       const MutexLock lock(mutex);
       ++refused;
       return;
     }
+    bool entered = false, ours = false;
     {
       const MutexLock lock(mutex);
-      if (stream(client_id) == nullptr) {
-        logger("dds")->warn("request {} of {}: more than {} clients", id.hex(), client_id,
-                            settings.max_clients);
-        ++refused;
-        return;
-      }
-      requests_of_client[client_id].insert(id);
-      requests_of_writer[sample.writer].insert(id);
+      entered = open.emplace(id, Origin{client_id, sample.writer}).second;
     }
     deliver([&](RequestHandler& to) {
-      if (const auto* request = std::get_if<PlanRequest>(&decoded)) {
-        to.onRequest(*request);
-      } else {
-        to.onInvalidRequest(id, client_id, std::get<std::vector<Fault>>(decoded));
-      }
+      const auto decoded = wire::decode(*sample.message);
+      const auto* request = std::get_if<PlanRequest>(&decoded);
+      ours = request != nullptr
+                 ? to.onRequest(*request)
+                 : to.onInvalidRequest(id, client_id, std::get<std::vector<Fault>>(decoded));
     });
+    if (!entered || ours) return;
+    const MutexLock lock(mutex);
+    open.erase(id);
+  }
+
+  /// The client disposed its request: it takes it back, or has the outcome.
+  void onRequestEnd(const RequestId& id, const wire::Sample<msg::HandoverRequest>& sample) {
+    bool own = false;
+    {
+      const MutexLock lock(mutex);
+      const auto found = open.find(id);
+      if (found == open.end()) {
+        for (const auto& [client_id, stream] : clients) stream->confirm(id);
+        return;
+      }
+      // From its own writer only: a vendor that sends no key hash with a dispose makes us read
+      // another key.
+      own = found->second.writer == sample.writer;
+    }
+    if (own) cancel(id, sample.writers_lost ? CancelCause::kClientLost : CancelCause::kDisposed);
   }
 
   void onRequestMatch(const wire::Match& match) {
     if (match.gained) return;
-    std::set<RequestId> ids;
+    std::vector<RequestId> ids;
     {
       const MutexLock lock(mutex);
-      const auto found = requests_of_writer.find(match.peer);
-      if (found == requests_of_writer.end()) return;
-      ids.swap(found->second);
-      requests_of_writer.erase(found);
+      for (const auto& [id, origin] : open) {
+        if (origin.writer == match.peer) ids.push_back(id);
+      }
     }
-    for (const RequestId& id : ids) {
-      deliver([&](RequestHandler& to) { to.onCancel(id, CancelCause::kClientLost); });
+    for (const RequestId& id : ids) cancel(id, CancelCause::kClientLost);
+  }
+
+  void onCancel(const wire::Sample<msg::HandoverCancel>& sample) {
+    if (sample.message == nullptr) return;
+    const auto id = wire::decode(*sample.message);
+    if (const auto* found = std::get_if<RequestId>(&id)) cancel(*found, CancelCause::kAsked);
+  }
+
+  /// Answered through everything that a request's event goes through but the runtime's work.
+  void onProbe(const wire::Sample<msg::Probe>& sample) {
+    if (sample.message == nullptr || sample.message->answer() ||
+        sample.message->participant() != participant.guid()) {
+      return;
     }
+    msg::Probe answer = *sample.message;
+    answer.answer(true);
+    deliver([](RequestHandler&) {});  // hangs where the handler does
+    senders.post([this, answer] { (void)probe_writer->write(answer); });
   }
 
   void onStatus(const wire::Sample<msg::DaemonStatus>& sample) {
@@ -159,32 +235,6 @@ struct DdsEndpoint::Impl {
     const MutexLock lock(mutex);
     daemons.lose(match.peer);
   }
-
-  /// Forgets a request whose outcome is on its way, and clients that are idle.
-  void answered(const std::string& client_id, const RequestId& id) HANDOVER_REQUIRES(mutex) {
-    const auto of_client = requests_of_client.find(client_id);
-    if (of_client != requests_of_client.end()) {
-      of_client->second.erase(id);
-      if (of_client->second.empty()) requests_of_client.erase(of_client);
-    }
-    for (auto it = requests_of_writer.begin(); it != requests_of_writer.end();) {
-      it->second.erase(id);
-      it = it->second.empty() ? requests_of_writer.erase(it) : std::next(it);
-    }
-  }
-
-  void reapClients() {
-    std::vector<std::unique_ptr<ClientStream>> idle;  // joined without the lock
-    const MutexLock lock(mutex);
-    for (auto it = clients.begin(); it != clients.end();) {
-      if (!requests_of_client.contains(it->first) && it->second->idle()) {
-        idle.push_back(std::move(it->second));
-        it = clients.erase(it);
-      } else {
-        ++it;
-      }
-    }
-  }
 };
 
 DdsEndpoint::DdsEndpoint(const DdsEndpointSettings& settings)
@@ -195,17 +245,21 @@ DdsEndpoint::DdsEndpoint(const DdsEndpointSettings& settings)
       impl.participant,
       wire::EntityOptions{.on_match = [&impl](const auto& match) { impl.onStatusMatch(match); }},
       [&impl](const auto& sample) { impl.onStatus(sample); });
+  impl.probe_writer.emplace(impl.participant, wire::EntityOptions{});
+  impl.probe_reader.emplace(impl.participant, wire::EntityOptions{},
+                            [&impl](const auto& sample) { impl.onProbe(sample); });
 }
 
 DdsEndpoint::~DdsEndpoint() {
   DdsEndpoint::stopReceiving();
+  impl_->probe_reader.reset();
+  impl_->request_reader.reset();
+  impl_->cancel_reader.reset();
   impl_->status_reader.reset();
-  // Streams are joined without the lock: their threads may be in a callback that takes it.
-  std::map<std::string, std::unique_ptr<ClientStream>> clients;
-  {
-    const MutexLock lock(impl_->mutex);
-    clients.swap(impl_->clients);
-  }
+  impl_->senders.stop();
+  std::map<std::string, Impl::StreamPtr> clients;  // end without the lock
+  const MutexLock lock(impl_->mutex);
+  clients.swap(impl_->clients);
 }
 
 void DdsEndpoint::open(RequestHandler& handler) {
@@ -219,14 +273,7 @@ void DdsEndpoint::open(RequestHandler& handler) {
     impl.receiving = true;
   }
   impl.cancel_reader.emplace(impl.participant, wire::EntityOptions{},
-                             [&impl](const wire::Sample<msg::HandoverCancel>& sample) {
-                               if (sample.message == nullptr) return;
-                               const auto id = wire::decode(*sample.message);
-                               if (!std::holds_alternative<RequestId>(id)) return;
-                               impl.deliver([&](RequestHandler& to) {
-                                 to.onCancel(std::get<RequestId>(id), CancelCause::kAsked);
-                               });
-                             });
+                             [&impl](const auto& sample) { impl.onCancel(sample); });
   impl.request_reader.emplace(
       impl.participant,
       wire::EntityOptions{.on_match = [&impl](const auto& match) { impl.onRequestMatch(match); }},
@@ -245,11 +292,11 @@ void DdsEndpoint::stopReceiving() {
 }
 
 void DdsEndpoint::publish(const std::string& client_id, const PlanEvent& event) {
+  PlanEvent copy = event;
   const MutexLock lock(impl_->mutex);
-  ClientStream* stream = impl_->stream(client_id);
-  if (stream == nullptr) return;
-  stream->publish(event);
-  if (std::holds_alternative<Outcome>(event.payload)) impl_->answered(client_id, event.request_id);
+  const Impl::StreamPtr to = impl_->stream(client_id);
+  if (to->push(std::move(copy))) impl_->senders.post([impl = impl_.get(), to] { impl->send(to); });
+  if (std::holds_alternative<Outcome>(event.payload)) impl_->open.erase(event.request_id);
 }
 
 void DdsEndpoint::publishStatus(const DaemonStatus& status) {
@@ -260,10 +307,11 @@ void DdsEndpoint::publishStatus(const DaemonStatus& status) {
     counted.clients = static_cast<std::uint32_t>(impl_->clients.size());
     counted.refused = impl_->refused;
   }
+  counted.dropped_packets = impl_->participant.droppedPackets();
   if (impl_->status_writer->write(wire::encode(counted)) != wire::WriteResult::kOk) {
     logger("dds")->warn("the status could not be written");
   }
-  impl_->reapClients();
+  impl_->prune();
 }
 
 std::vector<DaemonStatus> DdsEndpoint::others() const {
@@ -274,14 +322,25 @@ std::vector<DaemonStatus> DdsEndpoint::others() const {
   return others;
 }
 
+bool DdsEndpoint::reachable(std::chrono::milliseconds most) {
+  Impl& impl = *impl_;
+  if (!impl.prober) impl.prober.emplace(impl.settings.domain, impl.participant.guid());
+  return impl.prober->probe(most);
+}
+
 void DdsEndpoint::flush(std::chrono::milliseconds most) {
-  const auto until = std::chrono::steady_clock::now() + most;
-  std::vector<ClientStream*> streams;  // only publishStatus() and the destructor end streams
+  using namespace std::chrono_literals;
+  const auto until = Clock::now() + most;
+  std::vector<Impl::StreamPtr> streams;
   {
     const MutexLock lock(impl_->mutex);
-    for (const auto& [id, stream] : impl_->clients) streams.push_back(stream.get());
+    for (const auto& [client_id, stream] : impl_->clients) streams.push_back(stream);
   }
-  for (ClientStream* stream : streams) stream->flush(until);
+  while (Clock::now() < until) {
+    std::erase_if(streams, [](const auto& stream) { return stream->delivered(); });
+    if (streams.empty()) return;
+    std::this_thread::sleep_for(2ms);
+  }
 }
 
 }  // namespace handover

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's endpoint on DDS: requests, cancels and status in the default partition, events in
-// one partition, writer and thread per client.
+// The daemon's endpoint on DDS: requests, cancels and status in the default partition, events in a
+// partition per client. A client costs a writer, no thread, and nothing before a request of its is
+// ours, but that writers are made ahead for the last few that showed up.
 #pragma once
 
 #include "runtime/endpoint.hpp"
@@ -11,11 +12,12 @@ namespace handover {
 
 struct DdsEndpointSettings {
   int domain = 0;
-  /// Answered requests stay readable for late joiners this long.
+  /// Answers stay readable for late joiners this long, unless their client has confirmed them.
   std::chrono::milliseconds retention = std::chrono::seconds(60);
-  std::size_t max_clients =
-      256;  ///< at a time; requests of more are ignored with a word to the log
-  std::size_t max_backlog = 16384;  ///< events waiting for one client; more drop the client
+  // Of clients without an open request, last used first:
+  std::size_t most_idle = 64;          ///< that have confirmed their answers or not yet asked
+  std::size_t most_unconfirmed = 256;  ///< in all
+  std::size_t most_bytes = 64 << 20;   ///< of events held for them
 };
 
 class DdsEndpoint : public Endpoint {
@@ -30,6 +32,11 @@ class DdsEndpoint : public Endpoint {
   void publishStatus(const DaemonStatus& status) override;
   std::vector<DaemonStatus> others() const override;
   void flush(std::chrono::milliseconds most) override;
+
+  /// True when a question from a second participant of this process, which comes and is answered
+  /// over the sockets, got its answer within `most`. Takes no worker. One thread at a time; the
+  /// process delivers over sockets only (see wire::deliverOverSockets()). @throws wire::DdsError.
+  bool reachable(std::chrono::milliseconds most);
 
  private:
   struct Impl;

@@ -17,10 +17,11 @@ class RequestHandler {
  public:
   virtual ~RequestHandler() = default;
 
-  /// A request whose fields passed check().
-  virtual void onRequest(const PlanRequest& request) = 0;
-  /// A request that did not; its id and client are readable all the same.
-  virtual void onInvalidRequest(const RequestId& id, const std::string& client_id,
+  /// A request whose fields passed check(). False: it is another daemon's to answer, or asked again
+  /// while it is being answered; true: it gets an outcome.
+  virtual bool onRequest(const PlanRequest& request) = 0;
+  /// A request that did not; its id and client are readable all the same. As onRequest().
+  virtual bool onInvalidRequest(const RequestId& id, const std::string& client_id,
                                 const std::vector<Fault>& faults) = 0;
   /// The client cancelled the request, disposed it or is gone, as `cause` says.
   virtual void onCancel(const RequestId& id, CancelCause cause) = 0;
@@ -36,8 +37,7 @@ class Endpoint {
   /// No call of the handler runs or starts after this returned.
   virtual void stopReceiving() = 0;
 
-  /// Sends an event to a client, in order per request. Never blocks on a client; a client that does
-  /// not keep up is dropped.
+  /// Sends an event to a client, in order per request. Never waits for a client.
   virtual void publish(const std::string& client_id, const PlanEvent& event) = 0;
   /// Announces this daemon; counts of clients and refusals are the endpoint's to fill in. Called at
   /// least every two seconds.

@@ -177,18 +177,21 @@ Runtime::CellRoute Runtime::route(const ServedCells& served, const std::string& 
   return CellRoute::kNobodys;
 }
 
-bool Runtime::firstTime(const PlanRequest& request) {
+Runtime::Asked Runtime::asked(const PlanRequest& request) {
   {
     const MutexLock lock(mutex_);
-    if (known_.insert(request.id).second) return true;
-    if (std::find(answered_.begin(), answered_.end(), request.id) == answered_.end()) return false;
+    if (known_.insert(request.id).second) return Asked::kFirst;
+    const auto open = open_.find(request.id);
+    const bool same_client =
+        open != open_.end() && open->second->request.client_id == request.client_id;
+    if (same_client) return Asked::kMeanwhile;
     ++counters_.rejected;
     changed_ = true;
   }
   Stream again(endpoint_, request);
   send(again, Rejected{RejectionReason::kAlreadyAnswered,
-                       {{"request_id", "was answered before: a new request needs a new id"}}});
-  return false;
+                       {{"request_id", "was asked before: a new request needs a new id"}}});
+  return Asked::kAgain;
 }
 
 std::string Runtime::admit(const StreamPtr& stream, std::uint32_t& ahead) {
@@ -212,22 +215,23 @@ std::string Runtime::admit(const StreamPtr& stream, std::uint32_t& ahead) {
   return "";
 }
 
-void Runtime::onRequest(const PlanRequest& request) {
+bool Runtime::onRequest(const PlanRequest& request) {
   const CellsPtr served = service_.served();
   CellInfo cell;
   const CellRoute where = route(*served, request.cell, cell);
-  if (where == CellRoute::kOthers || !firstTime(request)) return;
+  if (where == CellRoute::kOthers) return false;
+  if (const Asked how = asked(request); how != Asked::kFirst) return how == Asked::kAgain;
 
   auto stream = std::make_shared<Stream>(endpoint_, request, served, settings_.deadline_s);
   if (where == CellRoute::kNobodys) {
     reject(stream, RejectionReason::kUnknownCell,
            {{"cell", "no daemon serves a cell named '" + request.cell + "'"}});
-    return;
+    return true;
   }
   std::uint32_t ahead = 0;
   if (const std::string why_not = admit(stream, ahead); !why_not.empty()) {
     reject(stream, RejectionReason::kBusy, {{"", why_not}});
-    return;
+    return true;
   }
   Accepted accepted;
   accepted.daemon_id = settings_.id;
@@ -246,15 +250,17 @@ void Runtime::onRequest(const PlanRequest& request) {
   }
   work_.notify_one();
   report_.notify_one();
+  return true;
 }
 
-void Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id,
+bool Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id,
                                const std::vector<Fault>& faults) {
   PlanRequest request;
   request.id = id;
   request.client_id = client_id;
-  if (!firstTime(request)) return;
+  if (const Asked how = asked(request); how != Asked::kFirst) return how == Asked::kAgain;
   reject(std::make_shared<Stream>(endpoint_, request), RejectionReason::kBadRequest, faults);
+  return true;
 }
 
 void Runtime::onCancel(const RequestId& id, CancelCause cause) {
@@ -387,7 +393,6 @@ void Runtime::publishStatus() {
     status.counters = counters_;
   }
   endpoint_.publishStatus(status);
-  if (settings_.alive) settings_.alive();
 }
 
 // Threads.

@@ -35,8 +35,6 @@ struct RuntimeSettings {
   /// Called once, from the preparing thread, when a cell cannot be prepared; requests fail from
   /// then on.
   std::function<void(const std::string&)> on_prepare_failed;
-  /// Called with each report, at least every second while the daemon's threads go on.
-  std::function<void()> alive;
 };
 
 /// Owns the threads between endpoint and planning. Requests are accepted as soon as start()
@@ -60,8 +58,8 @@ class Runtime : public RequestHandler {
   /// read.
   void reload(const Deadline& deadline);
 
-  void onRequest(const PlanRequest& request) override;
-  void onInvalidRequest(const RequestId& id, const std::string& client_id,
+  bool onRequest(const PlanRequest& request) override;
+  bool onInvalidRequest(const RequestId& id, const std::string& client_id,
                         const std::vector<Fault>& faults) override;
   void onCancel(const RequestId& id, CancelCause cause) override;
 
@@ -73,9 +71,10 @@ class Runtime : public RequestHandler {
 
   enum class CellRoute { kOurs, kOthers, kNobodys };
   CellRoute route(const ServedCells& served, const std::string& cell, CellInfo& info) const;
-  /// Takes an id that is new; true then. One that was answered is rejected, one that is being
-  /// answered needs no second answer.
-  bool firstTime(const PlanRequest& request);
+  enum class Asked { kFirst, kAgain, kMeanwhile };
+  /// Takes an id that is new. One that was answered, or is being answered to another client, is
+  /// rejected; the same client has what it asks for on its way.
+  Asked asked(const PlanRequest& request);
   /// Enters a request; or says why it cannot be taken now.
   std::string admit(const StreamPtr& stream, std::uint32_t& ahead);
   void reject(const StreamPtr& stream, RejectionReason reason, std::vector<Fault> faults);

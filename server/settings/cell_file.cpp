@@ -15,6 +15,17 @@
 namespace handover {
 namespace {
 
+/// The folders of robots/ that hold a settings file of their own name.
+std::set<std::string> modelNames(const std::filesystem::path& root) {
+  std::set<std::string> names;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(root / "robots", ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (std::filesystem::exists(entry.path() / (name + ".yaml"), ignored)) names.insert(name);
+  }
+  return names;
+}
+
 std::string shortest(double value) {
   std::array<char, 32> digits{};
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
@@ -74,7 +85,8 @@ void loadModels(const CellDescription& cell, const std::filesystem::path& root,
     const std::filesystem::path file = robotFile(robot.model, root);
     if (std::error_code error; !std::filesystem::is_regular_file(file, error)) {
       report.add("robots." + robot.name + ".model",
-                 "no model '" + robot.model + "': " + file.string() + " does not exist");
+                 "no model '" + robot.model + "': " + file.string() + " does not exist" +
+                     nearestSaid(nearestOf(modelNames(root), robot.model)));
       continue;
     }
     try {

@@ -24,8 +24,7 @@ std::vector<std::string> splitPath(const std::string& path) {
 }
 
 std::string unknownPath(const std::string& why, const std::string& nearest) {
-  return "unknown path" + why +
-         (nearest.empty() ? "" : "; the nearest known one is '" + nearest + "'");
+  return "unknown path" + why + nearestSaid(nearest);
 }
 
 /// What is wrong with the path before anything is set; empty if nothing.

@@ -7,6 +7,7 @@
 #include "core/model_io/mesh_reader.hpp"
 
 #include <algorithm>
+#include <set>
 
 namespace handover {
 namespace {
@@ -57,6 +58,10 @@ class SceneResolver {
     }
   }
 
+  std::string noRobot(const std::string& name) const {
+    return "no robot '" + name + "' in this cell" + nearestNamed(cell_.robots, name);
+  }
+
   RobotId robotNamed(const std::string& name) const {
     for (const RobotId i : IdRange<RobotId>(cell_.robots.size())) {
       if (cell_.robots[i].name == name) return i;
@@ -68,14 +73,16 @@ class SceneResolver {
     for (const ObjectId i : IdRange<ObjectId>(cell_.objects.size())) {
       if (cell_.objects[i].name == name) return i;
     }
-    report_.add(path, "no object '" + name + "' in this cell");
+    report_.add(path, "no object '" + name + "' in this cell" + nearestNamed(cell_.objects, name));
     return {};
   }
 
   LinkId linkNamed(const RobotModel& model, const std::string& name, const std::string& path) {
     const LinkId link = model.findLink(name);
-    if (!link.valid())
-      report_.add(path, "link '" + name + "' is not in robot '" + model.name + "'");
+    if (!link.valid()) {
+      report_.add(path, "link '" + name + "' is not in robot '" + model.name + "'" +
+                            nearestNamed(model.links, name));
+    }
     return link;
   }
 
@@ -107,8 +114,11 @@ class SceneResolver {
     if (description.posture.empty()) return q;
     const auto state = model.named_states.find(description.posture);
     if (state != model.named_states.end()) return state->second;
-    report_.add(path + ".posture",
-                "'" + description.posture + "' is no group state of robot '" + model.name + "'");
+    std::set<std::string> names;
+    for (const auto& [name, positions] : model.named_states) names.insert(name);
+    report_.add(path + ".posture", "'" + description.posture + "' is no group state of robot '" +
+                                       model.name + "'" +
+                                       nearestSaid(nearestOf(names, description.posture)));
     return q;
   }
 
@@ -117,7 +127,8 @@ class SceneResolver {
       const std::string at = path + "." + name;
       const JointId index = robot.model->findJoint(name);
       if (!index.valid()) {
-        report_.add(at, "no such joint in robot '" + robot.model->name + "'");
+        report_.add(at, "no such joint in robot '" + robot.model->name + "'" +
+                            nearestNamed(robot.model->joints, name));
         continue;
       }
       const Joint& joint = robot.model->joints[static_cast<std::size_t>(index)];
@@ -137,7 +148,10 @@ class SceneResolver {
     const RobotModel& model = *robot.model;
     const std::string at = path + ".arms." + arm_name;
     const ArmId arm_index = model.findArm(arm_name);
-    if (!arm_index.valid()) return report_.add(at, "robot '" + model.name + "' has no such arm");
+    if (!arm_index.valid()) {
+      return report_.add(
+          at, "robot '" + model.name + "' has no such arm" + nearestNamed(model.arms, arm_name));
+    }
     const Arm& arm = model.arms[arm_index];
     std::vector<Pose> X_BL;
     linkPoses(model, Pose::Identity(), robot.q_start, X_BL);
@@ -231,7 +245,7 @@ class SceneResolver {
     Attachment attachment;
     attachment.robot = robotNamed(description.robot);
     if (!attachment.robot.valid()) {
-      return report_.add(path + ".robot", "no robot '" + description.robot + "' in this cell");
+      return report_.add(path + ".robot", noRobot(description.robot));
     }
     const RobotModel& model = *scene().robots[attachment.robot].model;
     attachment.link = linkNamed(model, description.link, path + ".link");
@@ -247,14 +261,15 @@ class SceneResolver {
     for (const auto& [robot_name, hands] : description.grasp_counts) {
       const RobotId robot = robotNamed(robot_name);
       if (!robot.valid()) {
-        report_.add(path + "." + robot_name, "no such robot in this cell");
+        report_.add(path + "." + robot_name, noRobot(robot_name));
         continue;
       }
       const RobotModel& model = *scene().robots[robot].model;
       for (const auto& [hand, count] : hands) {
         if (model.findHand(hand).valid()) continue;
-        report_.add(path + "." + robot_name + "." + hand,
-                    "robot '" + robot_name + "' has no such hand");
+        report_.add(
+            path + "." + robot_name + "." + hand,
+            "robot '" + robot_name + "' has no such hand" + nearestNamed(model.hands, hand));
       }
     }
     object.grasp_counts = description.grasp_counts;
@@ -306,6 +321,14 @@ class SceneResolver {
   /// @pre the robot is placed.
   const Pose& linkPose(RobotId robot, LinkId link) const { return X_WL_[robot][link]; }
 
+  /// What a pose can be given in, links apart.
+  std::set<std::string> frameNames() const {
+    std::set<std::string> names{"world"};
+    for (const ObjectDescription& object : cell_.objects) names.insert(object.name);
+    for (const RobotDescription& robot : cell_.robots) names.insert(robot.name);
+    return names;
+  }
+
   std::optional<Pose> inWorld(const FramedPose& pose, const std::string& path) {
     if (pose.frame == "world") return pose.X_FO;
     for (std::size_t i = 0; i < cell_.objects.size(); ++i) {
@@ -316,8 +339,9 @@ class SceneResolver {
     const std::size_t slash = pose.frame.find('/');
     const RobotId robot = robotNamed(pose.frame.substr(0, slash));
     if (!robot.valid()) {
-      report_.add(path + ".frame",
-                  "'" + pose.frame + "' is neither world, an object, a robot nor robot/link");
+      report_.add(path + ".frame", "'" + pose.frame +
+                                       "' is neither world, an object, a robot nor robot/link" +
+                                       nearestSaid(nearestOf(frameNames(), pose.frame)));
       return std::nullopt;
     }
     if (!placeRobot(robot)) return std::nullopt;
@@ -361,7 +385,7 @@ class SceneResolver {
     const std::string robot_name = name.substr(0, slash);
     ChainHolder holder{robotNamed(robot_name), {}};
     if (!holder.robot.valid()) {
-      report_.add(path, "no robot '" + robot_name + "' in this cell");
+      report_.add(path, noRobot(robot_name));
       return holder;
     }
     const RobotModel& model = *scene().robots[holder.robot].model;
@@ -371,8 +395,10 @@ class SceneResolver {
     }
     const std::string arm = name.substr(slash + 1);
     holder.arm = model.findArm(arm);
-    if (!holder.arm.valid())
-      report_.add(path, "robot '" + robot_name + "' has no arm '" + arm + "'");
+    if (!holder.arm.valid()) {
+      report_.add(path, "robot '" + robot_name + "' has no arm '" + arm + "'" +
+                            nearestNamed(model.arms, arm));
+    }
     return holder;
   }
 

@@ -106,7 +106,7 @@ std::vector<FileFault> checkNamedCells(const YamlNode& document, const std::stri
     const std::string nearest = is_file ? "" : nearestOf(cellNames(root), cell.text);
     faults.push_back({shown_file, cell.line,
                       "cells: no cell '" + cell.text + "' (looked for " + named.string() + ")" +
-                          (nearest.empty() ? "" : "; the nearest known one is '" + nearest + "'")});
+                          nearestSaid(nearest)});
   }
   return faults;
 }

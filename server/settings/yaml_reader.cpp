@@ -66,6 +66,10 @@ std::string nearestOf(const std::set<std::string>& words, const std::string& wor
   return nearest == words.end() ? "" : *nearest;
 }
 
+std::string nearestSaid(const std::string& nearest) {
+  return nearest.empty() ? "" : "; the nearest known one is '" + nearest + "'";
+}
+
 void YamlReport::add(const std::string& path, std::string message) {
   addAt(lineOf(path), path, std::move(message));
 }
@@ -279,10 +283,8 @@ const YamlValue* YamlMap::require(const std::string& key) {
 void YamlMap::finish() {
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     if (asked_[i]) continue;
-    const std::string nearest = nearestOf(known_, entries_[i].first);
-    report_->add(
-        entries_[i].second.path(),
-        "unknown key" + (nearest.empty() ? "" : "; the nearest known one is '" + nearest + "'"));
+    report_->add(entries_[i].second.path(),
+                 "unknown key" + nearestSaid(nearestOf(known_, entries_[i].first)));
   }
 }
 

@@ -22,6 +22,17 @@ namespace handover {
 /// Of some words, the one most like another, ties by order; empty if there are none.
 std::string nearestOf(const std::set<std::string>& words, const std::string& word);
 
+/// The end of a fault that names an unknown word: "; the nearest known one is '...'", or empty.
+std::string nearestSaid(const std::string& nearest);
+
+/// The same of a range of things with a name.
+template <typename Named>
+std::string nearestNamed(const Named& all, const std::string& word) {
+  std::set<std::string> names;
+  for (const auto& one : all) names.insert(one.name);
+  return nearestSaid(nearestOf(names, word));
+}
+
 struct YamlFault {
   std::string path;  ///< keys joined by dots; empty for the document
   int line = 0;      ///< 0: unknown

@@ -464,6 +464,7 @@ DaemonStatus anyStatus() {
   status.refused = anyWhole();
   status.clients = anyCount();
   status.memory_bytes = anyWhole();
+  status.dropped_packets = anyWhole();
   return status;
 }
 

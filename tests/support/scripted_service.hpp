@@ -37,6 +37,7 @@ class ScriptedService : public PlanService {
     if (request.task == "stuck") return hold(sink, Deadline());
     if (request.task == "paced") return pace(sink);
     if (request.task == "echo") return echo(request, sink);
+    if (request.task == "talk") return talk(sink, deadline);
     if (request.task == "touch" || (request.task == "touch_low" && numberOf(request) < 0.04)) {
       Explanation why{.filter = "start", .text = "a touches b"};
       why.causes = {{Cause::kCollision, {"a", "b"}, {}, 1}};
@@ -77,6 +78,12 @@ class ScriptedService : public PlanService {
                      {"objective", toString(request.objective)},
                      {"slack_s", std::to_string(request.slack_s)},
                      {"wants_fix", request.wants_fix ? "true" : "false"}}};
+  }
+
+  /// Emits more events than a reader that does not take lets an answer have.
+  static Outcome talk(PlanEventSink& sink, const Deadline& deadline) {
+    for (int i = 0; i < 5000 && !deadline.over(); ++i) sink.emit(Note{"talk", "on"});
+    return Cancelled{CancelCause::kAsked};
   }
 
   /// Emits events 7 ms apart, as a search does.

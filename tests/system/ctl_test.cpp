@@ -213,7 +213,12 @@ TEST_F(ScriptedCtl, StatusShowsEveryDaemon) {
   for (Process* other : {&second, &third}) {
     ASSERT_TRUE(other->waitForOutput("serving")) << other->err();
   }
-  EXPECT_EQ(jsonLines(ctl("status --json").out).size(), 3u);
+  // Who is not found in time, on a busy machine, is found by one of the next.
+  std::size_t shown = 0;
+  for (int attempt = 0; attempt < 20 && shown < 3; ++attempt) {
+    shown = jsonLines(ctl("status --json").out).size();
+  }
+  EXPECT_EQ(shown, 3u);
 }
 
 TEST_F(ScriptedCtl, PlanWritesTheSamePlanTwice) {
@@ -343,7 +348,7 @@ TEST_F(ScriptedCtl, CancelAndWatchFindARequestById) {
   EXPECT_EQ(ctl("cancel " + id).status, 0);
   EXPECT_EQ(plan.wait(), 11);
   EXPECT_EQ(watch.wait(), 11);
-  const auto unknown = ctl("cancel 00112233445566778899aabbccddeeff --wait 0.5");
+  const auto unknown = ctl("cancel 00112233445566778899aabbccddeeff --wait 4");
   EXPECT_EQ(unknown.status, 2);
   EXPECT_THAT(unknown.err, HasSubstr("no such request"));
 }

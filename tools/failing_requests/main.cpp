@@ -221,15 +221,16 @@ int run(int argc, char** argv) {
   }
   CellService service(findRoot(root), {cell}, cacheFolder(""), {}, false);
   service.prepareAll(Deadline());
+  const CellInfo served = service.served()->infos.front();
   PlanRequest request;
   request.client_id = "failing_requests";
-  request.cell = service.cells().front().name;
+  request.cell = served.name;
   request.mode = SearchMode::kFirst;
   request.wants_fix = fix;
 
   FailureClock nominal;
   (void)service.planAlone(request, nominal, Deadline());
-  const std::string task = service.cells().front().tasks.front();
+  const std::string task = served.tasks.front();
   const Draws draws(nominal.snapshot, task, nominal.snapshot.goal.X_WO);
   SeededRandom random(SeededRandom::mix(seed));
   if (interrupted > 0) {
@@ -248,7 +249,7 @@ int run(int argc, char** argv) {
     if (own && index == failures) break;
     const DrawId id{seed, static_cast<std::uint64_t>(index), 0};
     const Json drawn =
-        own ? ctl::draw(service.cells().front().variations, id, 1.0)
+        own ? ctl::draw(served.variations, id, 1.0)
             : draws.next(random);  // of those found in the scene alone a quarter is kept
     request.overrides = ctl::overridesOf(drawn);
     request.seed = seed + static_cast<std::uint64_t>(index);

@@ -47,7 +47,7 @@ export class Failure {
     const rows = find('causes').createTBody(), {causes} = this.explanation;
     this.buttons = new Map();
     causes.forEach((cause, i) => {
-      const {pair, about, stage, count} = cause, row = rows.insertRow(), where = element('td', pair ? '' : about ?? (cause.cause === 'collision' ? 'other pairs' : ''));
+      const {pair, about, stage, count} = cause, row = rows.insertRow(), where = element('td', pair ? '' : about ?? '');
       row.hidden = i >= MOST_CAUSES;
       if (pair) where.append(this.pairButton(cause));
       row.append(element('td', `${words(cause.cause)}${stage ? `, ${stageText(stage)}` : ''}`), where, element('td', `${count} ×`, 'number'));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/model_io/file_text.hpp"
 
+#include <handover/common/utf8.hpp>
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -26,17 +28,6 @@ const char* oddKind(mode_t mode) {
   if (S_ISSOCK(mode)) return "is a socket, not a plain file";
   return "is a device, not a plain file";
 }
-
-/// Bytes of the character that this one begins; 0 if none does.
-std::size_t characterSize(unsigned char first) {
-  if (first == 0) return 0;
-  if (first < 0x80) return 1;
-  if (first >= 0xC2 && first < 0xE0) return 2;
-  if (first >= 0xE0 && first < 0xF0) return 3;
-  return first >= 0xF0 && first < 0xF5 ? 4 : 0;
-}
-
-bool goesOn(char c) { return (static_cast<unsigned char>(c) & 0xC0u) == 0x80; }
 
 class Descriptor {
  public:
@@ -90,13 +81,9 @@ Result<std::string> readFileText(const std::filesystem::path& file, std::uint64_
 int lineOfBadText(std::string_view text) {
   int line = 1;
   for (std::size_t at = 0; at < text.size();) {
-    const auto byte = static_cast<unsigned char>(text[at]);
-    line += byte == '\n';
-    const std::size_t size = characterSize(byte);
-    if (size == 0 || size > text.size() - at) return line;
-    for (std::size_t i = 1; i < size; ++i) {
-      if (!goesOn(text[at + i])) return line;
-    }
+    line += text[at] == '\n';
+    const std::size_t size = text[at] == '\0' ? 0 : characterSize(text.substr(at));
+    if (size == 0) return line;
     at += size;
   }
   return 0;

@@ -388,7 +388,7 @@ class IkBiRrt : public og::RRTConnect {
   // One step of RRTConnect: one tree towards a sample, the other towards what that reached.
   bool extend(bool from_start, Motion& target, ob::State* step) {
     TreeGrowingInfo grow{step, nullptr, from_start};
-    sampler_->sampleUniform(target.state);
+    sampleFor(from_start, target.state);
     const GrowState first = growTree(from_start ? tStart_ : tGoal_, grow, &target);
     if (first == TRAPPED) return false;
     Motion* added = grow.xmotion;
@@ -410,6 +410,21 @@ class IkBiRrt : public og::RRTConnect {
     return true;
   }
 
+  // A tree that hardly grows is in a pocket, which far samples leave through no straight segment:
+  // every second one is then drawn near one of its states.
+  void sampleFor(bool from_start, ob::State* sample) {
+    const Tree& tree = from_start ? *tStart_ : *tGoal_;
+    std::uint32_t& asked = cramped_[from_start ? 0 : 1];
+    if (tree.size() > settings_.cramped_states || ++asked % 2 != 0) {
+      sampler_->sampleUniform(sample);
+      return;
+    }
+    std::vector<Motion*> states;
+    tree.list(states);
+    const ob::State* near = states[asked / 2 % states.size()]->state;
+    sampler_->sampleUniformNear(sample, near, settings_.cramped_step);
+  }
+
   void finish(Motion* start_side, Motion* goal_side) {
     auto path = std::make_shared<og::PathGeometric>(si_);
     std::vector<const Motion*> forward;
@@ -426,6 +441,7 @@ class IkBiRrt : public og::RRTConnect {
   IkGoals& goals_;
   const IkBiRrtSettings settings_;
   std::vector<std::pair<const ob::State*, std::uint32_t>> goal_roots_;
+  std::array<std::uint32_t, 2> cramped_{};  ///< samples while the start, the goal tree was small
   std::uint32_t reached_goal_ = 0;
 };
 

@@ -222,6 +222,14 @@ bool ChainSearch::mayMeet() const {
   return true;
 }
 
+/// Two arms that follow each other have no lattice point in common.
+bool ChainSearch::apart() {
+  for (std::size_t k = 0; k + 1 < holders(); ++k) {
+    if (latticeOf(k).both.empty()) return true;
+  }
+  return false;
+}
+
 /// How far apart [m] the tools of two hands at the object can be, at most.
 double ChainSearch::maxToolSeparation(std::size_t handover) const {
   double apart = 0;
@@ -282,13 +290,20 @@ void ChainSearch::failPick(int pick) {
   std::erase_if(takes_left_.kept, [&](const FeasibleGrasp& take) { return take.grasp == pick; });
 }
 
-/// Few grasps take the object: those that no motion leads to are left out before long searches.
+/// Few grasps take the object: those that no motion leads to are left out before long searches. The
+/// fewer they are, the more depends on each.
 void ChainSearch::tryTakes() {
   if (counted() || state_.problem.task.held_by) return;
-  if (takes_left_.kept.size() > settings_.few_takes) return;
-  for (const FeasibleGrasp& take : std::vector<FeasibleGrasp>(takes_left_.kept)) {
+  const std::vector<FeasibleGrasp>& takes = pruned(0, PruningPlace::kStart).kept;
+  if (takes.size() > settings_.few_takes) return;
+  takes_left_.kept = takes;  // those that failed before get another try
+  failed_picks_.clear();
+  const auto patience = static_cast<std::uint32_t>(settings_.takes_patience / takes.size());
+  for (const FeasibleGrasp& take : takes) {
     if (spent() || state_.over()) return;
-    if (motions_.canTake(take)) continue;
+    const bool can = motions_.canTake(take, patience);
+    countTrees();
+    if (can) continue;
     if (state_.over()) return;
     const MotionFailure failure{{0, StageAction::kReach}, Cause::kNoPath, {}};
     state_.counts.motion_rejects.add(failure.cause, failure.stage);
@@ -300,6 +315,11 @@ void ChainSearch::tryTakes() {
     ++state_.motion_attempts;
     failPick(take.grasp);
   }
+}
+
+void ChainSearch::countTrees() {
+  state_.failed_trees += motions_.failedTrees() - trees_seen_;
+  trees_seen_ = motions_.failedTrees();
 }
 
 /// No grasp is left to take the object with, or none to put it down: no pose could change that.
@@ -331,6 +351,15 @@ bool ChainSearch::backOut(std::size_t handover, bool& pose_dropped) {
   return true;
 }
 
+/// How the object is taken depends on the first grasp alone, how it is left on the last: what
+/// cannot be timed there cannot with any tuple.
+void ChainSearch::dropEnd(const StageRef& stage, int pick, int place) {
+  const StageAction action = stage.action;
+  if (stage.holder == 0 && action < StageAction::kCarry) failPick(pick);
+  const bool leaving = action == StageAction::kPlace || action == StageAction::kRetreat;
+  if (stage.holder + 1 == holders() && leaving) failed_places_.insert(place);
+}
+
 bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most) {
   // The paper's choice: r's manipulability at the placing; then the giver's arm, ties by
   // generation.
@@ -345,6 +374,7 @@ bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most
     const int place = tuples[i].holders.back().give.grasp;
     if (failed_picks_.contains(pick) || failed_places_.contains(place)) continue;
     const auto connected = motions_.connect(tuples[i]);
+    countTrees();
     if (state_.over()) return false;
     if (const auto* failure = std::get_if<MotionFailure>(&connected)) {
       countFailure(*failure, tuples[i]);
@@ -367,6 +397,7 @@ bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most
     if (const auto* failure = std::get_if<MotionFailure>(&timed)) {
       state_.counts.motion_rejects.add(failure->cause, failure->stage, failure->pair);
       fellInMotion(SearchStep::kTiming, *failure, tuples[i]);
+      dropEnd(failure->stage, pick, place);
       continue;
     }
     const auto& stages = std::get<std::vector<TimedStage>>(timed);
@@ -654,7 +685,8 @@ bool ChainSearch::searchScattered(HandoverCandidates& counts, std::uint32_t& not
   state_.counts.cut = true;  // a sample proves nothing
   const std::uint32_t dear_before = dear_poses_;
   // A request's poses, evenly over its chains.
-  const std::uint32_t most = settings_.scattered_poses / std::max(1u, state_.counts.chains);
+  const std::uint32_t poses = apart() ? settings_.scattered_poses_apart : settings_.scattered_poses;
+  const std::uint32_t most = poses / std::max(1u, state_.counts.chains);
   for (std::uint32_t i = 0; i < most; ++i) {
     if (spent() || state_.over()) return false;
     if (dear_poses_ - dear_before >= settings_.scattered_looks) return false;

@@ -44,6 +44,7 @@ struct SearchState {
   SearchCounts counts;
   FarthestCandidate farthest;
   std::uint32_t motion_attempts = 0, grasp_attempts = 0;
+  std::uint32_t failed_trees = 0;  ///< searches for a free motion that found nothing
   std::optional<TransportPlan> plan;
   std::vector<std::string> broken;  ///< rules that the plan breaks
 
@@ -51,7 +52,12 @@ struct SearchState {
 
   bool spent() const {
     return motion_attempts >= problem.settings.motion_attempts ||
-           grasp_attempts >= problem.settings.grasp_attempts;
+           grasp_attempts >= mostGraspAttempts() || failed_trees >= problem.settings.failed_trees;
+  }
+
+  std::uint32_t mostGraspAttempts() const {
+    const SearchSettings& settings = problem.settings;
+    return problem.task.chain.size() > 2 ? settings.grasp_attempts_inner : settings.grasp_attempts;
   }
 
   /// The deadline is over: the search ends, wherever it is.
@@ -104,12 +110,16 @@ class ChainSearch {
 
   bool spent() const {
     return state_.spent() || inner_poses_ >= settings_.most_inner_poses || noEndsLeft() ||
-           (!counted() &&
-            motions_.ikLooks() >= settings_.most_ik_looks / std::max(1u, state_.counts.chains));
+           (!counted() && looksSpent());
   }
 
   /// Counted as the paper counts: before any motion is looked for.
   bool counted() const { return state_.problem.mode == SearchMode::kAll; }
+
+  bool looksSpent() const {
+    return dear_poses_ >= settings_.most_looks ||
+           motions_.ikLooks() >= settings_.most_ik_looks / std::max(1u, state_.counts.chains);
+  }
 
   bool noEndsLeft() const;
 
@@ -117,6 +127,7 @@ class ChainSearch {
   const Lattice& latticeOf(std::size_t handover);
   double maxToolSeparation(std::size_t handover) const;
   bool mayMeet() const;
+  bool apart();
   const PrunedGrasps& takesOf(std::size_t handover);
 
   bool searchSingle();
@@ -135,7 +146,9 @@ class ChainSearch {
   bool backOut(std::size_t handover, bool& pose_dropped);
   void countFailure(const MotionFailure& failure, const TransportTuple& tuple);
   void failPick(int pick);
+  void dropEnd(const StageRef& stage, int pick, int place);
   void tryTakes();
+  void countTrees();
   bool mapAllows(std::size_t point, const ApproachOffset& offset);
   void finishCounts(HandoverCandidates counts);
 
@@ -155,6 +168,7 @@ class ChainSearch {
   /// Handover and receiver's grasp: how often no pose was found for it.
   std::map<std::pair<std::size_t, int>, std::uint32_t> inner_failures_;
   std::uint32_t inner_poses_ = 0;
+  std::uint32_t trees_seen_ = 0;              ///< of the motions' failed ones, already in the state
   std::uint32_t dear_poses_ = 0;              ///< whose collisions were looked at
   std::vector<std::uint64_t> receiver_bins_;  ///< by point of the last handover's lattice
   PrunedGrasps takes_left_;      ///< of the first holder, without those that cannot be taken

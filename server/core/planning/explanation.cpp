@@ -100,16 +100,16 @@ Failed explainArms(const TransportProblem& problem, PruningPlace place, const Ar
 }
 
 Failed explainNoChain(const TransportProblem& problem, std::size_t n,
-                      const std::vector<ArmName>& takers, const std::vector<ArmName>& bringers) {
-  CauseTally tally;
-  const auto names = [&](const std::vector<ArmName>& arms) {
+                      const std::vector<ArmName>& takers, const std::vector<ArmName>& bringers,
+                      CauseTally tally) {
+  const auto names = [](const std::vector<ArmName>& arms) {
     std::string text;
-    for (const ArmName& arm : arms) {
-      tally.add(Cause::kExcluded, {nameOf(arm), {}});
-      text += (text.empty() ? "" : " or ") + nameOf(arm);
-    }
+    for (const ArmName& arm : arms) text += (text.empty() ? "" : " or ") + nameOf(arm);
     return text;
   };
+  if (tally.total() == 0) {  // the chain alone forbids it
+    for (const ArmName& arm : takers) tally.add(Cause::kExcluded, {nameOf(arm), {}});
+  }
   const std::string& object = problem.task.object;
   std::string text =
       n == 1 ? "No arm of the chain can both take and bring " + object
@@ -147,8 +147,8 @@ Failed explainPruned(const TransportProblem& problem, PruningPlace place, const 
 /// An arm that holds the object at the start cannot bring it by that grasp.
 Failed explainHeld(const TransportProblem& problem, const ArmName& arm,
                    const PrunedGrasps& placed) {
-  CauseTally tally;
-  tally.add(Cause::kHoldsObject, {nameOf(arm), {}});
+  CauseTally tally = placed.rejects;
+  if (tally.total() == 0) tally.add(Cause::kHoldsObject, {nameOf(arm), {}});
   return failed(FailureReason::kNoGraspAtGoal, "grasps_at_both",
                 nameOf(arm) + " cannot bring " + problem.task.object +
                     " to its goal by the grasp that holds it at the start; by " +
@@ -191,7 +191,14 @@ Failed explainSearch(const TransportProblem& problem, const PrunedByArm& at_star
     return explainPruned(problem, PruningPlace::kGoal, at_goal);
   }
   if (counts.chains == 0 && !at_goal.empty()) {
-    return explainNoChain(problem, problem.task.chain.size(), armsOf(at_start), armsOf(at_goal));
+    CauseTally tally;
+    for (const PrunedByArm* sets : {&at_start, &at_goal}) {
+      for (const auto& [arm, pruned] : *sets) {
+        if (pruned.kept.empty()) tally.add(pruned.rejects);
+      }
+    }
+    return explainNoChain(problem, problem.task.chain.size(), armsOf(at_start), armsOf(at_goal),
+                          std::move(tally));
   }
   if (counts.alone && counts.tuples == 0 && !counts.may_meet) {
     return explainAlone(problem, at_start, at_goal);

@@ -44,8 +44,10 @@ Failed explainDeadline(const PrunedByArm& at_start, const PrunedByArm& at_goal,
 
 /// Arms reach the start and the goal, but none that could make up a chain of n.
 /// @param n  holders. @param takers, bringers  arms that reach the start, and the goal.
+/// @param tally  what stands against the others.
 Failed explainNoChain(const TransportProblem& problem, std::size_t n,
-                      const std::vector<ArmName>& takers, const std::vector<ArmName>& bringers);
+                      const std::vector<ArmName>& takers, const std::vector<ArmName>& bringers,
+                      CauseTally tally);
 
 bool noneKept(const PrunedByArm& sets);
 

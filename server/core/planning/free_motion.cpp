@@ -108,29 +108,30 @@ std::optional<JointPath> FreeMotionSolver::roadmapPath(const Manipulator& arm,
 std::optional<JointPath> FreeMotionSolver::treePath(const MotionProblem& motion,
                                                     const ArmVector& from, const GoalSampler& goals,
                                                     std::uint64_t seed, const SeedPaths& known,
-                                                    std::uint32_t& goal) const {
+                                                    std::uint32_t& goal, std::uint32_t patience) {
   IkBiRrtSettings settings;
   settings.direct_goals = 0;
-  settings.max_iterations = settings_.rrt_iterations;
+  settings.max_iterations = patience * settings_.rrt_iterations;
   settings.seed = SeededRandom::mix(seed);
   settings.from_start = known.from_start;
   settings.from_goal = known.from_goal;
   const auto path = planIkBiRrt(motion, from, goals, settings, deadline_, &goal);
-  if (!path) return std::nullopt;
+  if (!path) {
+    ++failed_trees_;
+    return std::nullopt;
+  }
   return shortcut(motion, *path, settings.seed, settings_.shortcut_attempts, deadline_);
 }
 
 std::optional<JointPath> FreeMotionSolver::solve(const Manipulator& arm, const ArmVector& from,
                                                  const ArmVector& to, StateChecker& checker,
-                                                 std::uint64_t seed, const SeedPaths& known) const {
+                                                 std::uint64_t seed, const SeedPaths& known) {
   const MotionProblem motion = problemOf(arm, checker);
-  if (!checker.valid(from)) return std::nullopt;
+  if (!checker.valid(from) || !checker.valid(to)) return std::nullopt;
   // If a tree was needed last time, the few cheap attempts are skipped.
   const bool hard = known.from_start.size() > settings_.simple_path;
-  if (checker.valid(to)) {
-    const std::uint32_t checks = hard ? settings_.few_checks : settings_.most_checks;
-    if (auto path = roadmapPath(arm, motion, from, to, known.from_goal, checks)) return path;
-  }
+  const std::uint32_t checks = hard ? settings_.few_checks : settings_.most_checks;
+  if (auto path = roadmapPath(arm, motion, from, to, known.from_goal, checks)) return path;
   const auto only_goal = [&](std::uint32_t i, ArmVector& q) {
     q = to;
     return i == 0;
@@ -142,7 +143,7 @@ std::optional<JointPath> FreeMotionSolver::solve(const Manipulator& arm, const A
 std::optional<JointPath> FreeMotionSolver::solveToAny(const Manipulator& arm, const ArmVector& from,
                                                       const GoalSampler& goals,
                                                       StateChecker& checker, std::uint64_t seed,
-                                                      std::uint32_t& goal) const {
+                                                      std::uint32_t& goal, std::uint32_t patience) {
   const MotionProblem motion = problemOf(arm, checker);
   if (!checker.valid(from)) return std::nullopt;
   // Try a roadmap path to each goal before trees.
@@ -156,7 +157,7 @@ std::optional<JointPath> FreeMotionSolver::solveToAny(const Manipulator& arm, co
       }
     }
   }
-  return treePath(motion, from, goals, seed, {}, goal);
+  return treePath(motion, from, goals, seed, {}, goal, patience);
 }
 
 }  // namespace handover

@@ -28,13 +28,18 @@ class FreeMotionSolver {
   /// @param seed  of the trees: of the request, the stage and its grasp.
   std::optional<JointPath> solve(const Manipulator& arm, const ArmVector& from, const ArmVector& to,
                                  StateChecker& checker, std::uint64_t seed,
-                                 const SeedPaths& known = {}) const;
+                                 const SeedPaths& known = {});
 
   /// A path to one of several goals, that are drawn as the search asks for them; its index goes to
   /// `goal`.
+  /// @param patience  how many times the usual iterations the trees may take.
   std::optional<JointPath> solveToAny(const Manipulator& arm, const ArmVector& from,
                                       const GoalSampler& goals, StateChecker& checker,
-                                      std::uint64_t seed, std::uint32_t& goal) const;
+                                      std::uint64_t seed, std::uint32_t& goal,
+                                      std::uint32_t patience = 1);
+
+  /// How many searches by trees, which take the most time, have found nothing.
+  std::uint32_t failedTrees() const { return failed_trees_; }
 
  private:
   MotionProblem problemOf(const Manipulator& arm, StateChecker& checker) const;
@@ -46,10 +51,12 @@ class FreeMotionSolver {
                                        std::uint32_t checks) const;
   std::optional<JointPath> treePath(const MotionProblem& motion, const ArmVector& from,
                                     const GoalSampler& goals, std::uint64_t seed,
-                                    const SeedPaths& known, std::uint32_t& goal) const;
+                                    const SeedPaths& known, std::uint32_t& goal,
+                                    std::uint32_t patience = 1);
 
   const FreeMotionSettings& settings_;
   const Deadline& deadline_;
+  std::uint32_t failed_trees_ = 0;
 };
 
 }  // namespace handover

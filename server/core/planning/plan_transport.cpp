@@ -152,9 +152,22 @@ class TransportSearch {
     if (givers.arms.empty()) return explainArms(problem_, PruningPlace::kStart, givers);
     if (receivers.arms.empty()) return explainArms(problem_, PruningPlace::kGoal, receivers);
     if (chains.empty() && repeats) {
-      return explainNoChain(problem_, n, namesOf(givers), namesOf(receivers));
+      return explainNoChain(problem_, n, namesOf(givers), namesOf(receivers),
+                            rejectsOf(givers, receivers));
     }
     return searchAll(chains);
+  }
+
+  /// What stands against the arms at either end.
+  static CauseTally rejectsOf(const ArmRanking& givers, const ArmRanking& receivers) {
+    CauseTally tally;
+    for (const ArmRanking* ranking : {&givers, &receivers}) {
+      for (const ArmScore& score : ranking->scores) {
+        if (score.rejected == Cause::kUnspecified) continue;
+        tally.add(score.rejected, {score.arm.robot + "/" + score.arm.arm, score.object});
+      }
+    }
+    return tally;
   }
 
   std::vector<ArmName> namesOf(const ArmRanking& ranking) {

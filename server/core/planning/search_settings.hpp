@@ -69,14 +69,19 @@ struct SearchSettings {
   std::uint32_t wide_poses = 8'000;
   std::uint32_t wide_poses_counted = 1'500;
   std::uint32_t scattered_poses = 150'000;  ///< most fall to a look at each arm's reach
+  /// The same where two arms of the chain have no lattice point in common: of 3,100 requests to our
+  /// cells one such was solved.
+  std::uint32_t scattered_poses_apart = 80'000;
   /// Poses whose collisions are looked at, at most: of 2,100 draws of our cells (seeds 1 to 3) the
   /// solved ones took up to 225 of the turned ones, and 54 of the scattered.
   std::uint32_t turned_looks = 300, scattered_looks = 300;
+  std::uint32_t most_looks = 900;  ///< of a chain, whatever the tier and the handover
   /// Poses of a tool for which any configuration was looked for, of a request; up to 53,000 were
   /// needed.
   std::uint32_t most_ik_looks = 100'000;
-  /// So few grasps of the first holder are tried by themselves before these poses.
-  std::size_t few_takes = 8;
+  /// So few grasps of the first holder are tried by themselves before these poses; all of them
+  /// together with so many times the effort of one.
+  std::size_t few_takes = 16, takes_patience = 64;
   /// Failed IK solves of arms without a closed form, for each tier of `wide`: about a second.
   std::uint32_t most_failed_ik = 10'000;
   std::size_t tuples_per_pose = 3;  ///< tuples of one pose whose motions are tried
@@ -87,13 +92,15 @@ struct SearchSettings {
   std::uint32_t turned_motions = 45;   ///< of the next, before poses are drawn at random
   std::uint32_t motion_attempts = 70;  ///< tuples of a request whose motions are tried; up to 42
                                        ///< were needed
-  std::uint32_t grasp_attempts = 200;  ///< tuples whose hands did not go together; 30 were needed
+  std::uint32_t grasp_attempts = 500;  ///< tuples whose hands did not go together; 387 were needed
+  std::uint32_t grasp_attempts_inner = 200;  ///< in chains of more than one handover; 185 were
+  std::uint32_t failed_trees = 60;           ///< of a request, most of the time of those that fail
   // Of the handovers before a chain's last one: per grasp of the receiver where it gives the object
   // on, poses and grasps of the giver that are followed up; in all; and how often a grasp may fail.
   std::uint32_t inner_poses = 200;
   std::size_t inner_gives = 16;  ///< grasps of the giver looked at, whether both hands fit
   std::size_t inner_tuples = 3;
-  std::uint32_t most_inner_poses = 10'000;
+  std::uint32_t most_inner_poses = 3'000;  ///< of a chain; up to 2,445 were needed
   std::uint32_t inner_failures = 2;
   std::size_t most_auto_holders = 4;  ///< design §1
 };

@@ -177,10 +177,11 @@ bool TransportMotions::keepApproachable(std::size_t handover, const Pose& X_WH,
 // ---- taking at the start, leaving at the goal
 
 const std::optional<TransportMotions::PickMotion>& TransportMotions::pickMotion(
-    const FeasibleGrasp& take) {
-  const auto [entry, fresh] = picks_.try_emplace(take.grasp);
-  std::optional<PickMotion>& found = entry->second;
-  if (!fresh) return found;
+    const FeasibleGrasp& take, std::uint32_t patience) {
+  Pick& pick = picks_[take.grasp];
+  std::optional<PickMotion>& found = pick.motion;
+  if (found || patience <= pick.patience) return found;
+  pick.patience = patience;
   const Manipulator& arm = at(0);
   const LinearMotionSettings& linear = problem_.settings.linear_motion;
   const Grasp& grasp = arm.grasp(take.grasp);
@@ -210,9 +211,14 @@ const std::optional<TransportMotions::PickMotion>& TransportMotions::pickMotion(
     candidates.push_back({q, {}, reversed(std::move(*back)), std::move(*lift)});
     return true;
   };
-  const std::size_t most = std::min(take.configurations.size(), problem_.settings.configurations);
+  const std::size_t most =
+      std::min(take.configurations.size(), patience * problem_.settings.configurations);
   const auto draw = [&](std::uint32_t i, ArmVector& goal) {
-    while (i >= candidates.size() && next < most) add(take.configurations[next++]);
+    // As long as there is none, every configuration counts.
+    while (i >= candidates.size() &&
+           next < (candidates.empty() ? take.configurations.size() : most)) {
+      add(take.configurations[next++]);
+    }
     if (i >= candidates.size()) return false;
     reach_checker.activate();
     goal = candidates[i].approach.waypoints.front();
@@ -221,8 +227,9 @@ const std::optional<TransportMotions::PickMotion>& TransportMotions::pickMotion(
 
   reach_checker.activate();
   std::uint32_t goal = 0;
-  auto reach = free_motion_.solveToAny(arm, homeOf(arm), draw, reach_checker,
-                                       seedFor(0, kReach, take.grasp), goal);
+  auto reach =
+      free_motion_.solveToAny(arm, homeOf(arm), draw, reach_checker,
+                              seedFor(0, kReach, take.grasp) + patience - 1, goal, patience);
   if (!reach || goal >= candidates.size()) return found;
   found = std::move(candidates[goal]);
   found->reach = std::move(*reach);
@@ -297,7 +304,7 @@ std::optional<TransportMotions::DualGrasp> TransportMotions::dualGraspAt(
   RobotVector& q_giver = taken.of(hands.giver);
   q_giver = hands.giver.withFingers(std::move(q_giver), hands.grasp_g.open);
   StateChecker leaving = context_.makeForArm(taken, hands.giver, besideContacts(k, kRetreat));
-  if (!leaving.valid(q_g)) return std::nullopt;
+  if (!leaving.valid(q_g) || !leaving.valid(homeOf(hands.giver))) return std::nullopt;
   auto hit = gripContact(context_, hands.receiver, given, q_r, hands.grasp_r.open,
                          hands.grasp_r.closed, both);
   if (!hit) {

@@ -61,6 +61,9 @@ class TransportMotions {
   /// How often these two have asked for a configuration at all.
   std::uint32_t ikLooks() const { return ik_looks_; }
 
+  /// How many searches for a free motion by trees have found nothing.
+  std::uint32_t failedTrees() const { return free_motion_.failedTrees(); }
+
   /// Drops the receiver's leading configurations until one has a collision-free straight approach,
   /// the giver out of the way; false, nothing changed, if none has.
   bool keepApproachable(std::size_t handover, const Pose& X_WH, FeasibleGrasp& receive);
@@ -70,7 +73,10 @@ class TransportMotions {
   bool handsMeet(std::size_t handover, const TransportTuple& tuple);
 
   /// Whether the first holder can take the object by a grasp, whatever follows.
-  bool canTake(const FeasibleGrasp& take) { return pickMotion(take).has_value(); }
+  /// @param patience  how many times the usual effort it may take; less is not tried again.
+  bool canTake(const FeasibleGrasp& take, std::uint32_t patience) {
+    return pickMotion(take, patience).has_value();
+  }
 
   /// All motions of a tuple, or the stage at which none was found.
   std::variant<TransportPath, MotionFailure> connect(const TransportTuple& tuple);
@@ -85,6 +91,12 @@ class TransportMotions {
   struct PickMotion {
     ArmVector q;  ///< at the object
     JointPath reach, approach, lift;
+  };
+
+  /// What was found for a grasp, and how patiently it was looked for.
+  struct Pick {
+    std::optional<PickMotion> motion;
+    std::uint32_t patience = 0;
   };
 
   /// What the last holder does at the goal; the paths are empty where it ends with O in hand.
@@ -129,7 +141,8 @@ class TransportMotions {
   bool reaches(const Manipulator& arm, const Pose& X_WT);
   std::uint64_t seedFor(std::size_t holder, StageAction action, int grasp) const;
 
-  const std::optional<PickMotion>& pickMotion(const FeasibleGrasp& take);
+  const std::optional<PickMotion>& pickMotion(const FeasibleGrasp& take,
+                                              std::uint32_t patience = 1);
   const std::optional<PlaceMotion>& placeMotion(const FeasibleGrasp& give);
   std::optional<PlaceMotion> placeAt(const FeasibleGrasp& give, const ArmVector& q);
   std::optional<DualGrasp> dualGrasp(std::size_t handover, const TransportTuple& tuple);
@@ -167,7 +180,7 @@ class TransportMotions {
   CollisionContext context_, spare_context_;
   FreeMotionSolver free_motion_;
   CellState start_;
-  std::map<int, std::optional<PickMotion>> picks_;    ///< by the first holder's grasp
+  std::map<int, Pick> picks_;                         ///< by the first holder's grasp
   std::map<int, std::optional<PlaceMotion>> places_;  ///< by the last holder's grasp
   std::vector<FailedCarry> failed_carries_;
 

@@ -405,6 +405,7 @@ TEST(StatusCodec, RoundTrips) {
   status.refused = 5;
   status.clients = 6;
   status.memory_bytes = 1ull << 40;
+  status.dropped_packets = 7;
   const auto back = decode(throughBytes<msg::DaemonStatusPubSubType>(encode(status)));
   ASSERT_TRUE(std::holds_alternative<DaemonStatus>(back));
   EXPECT_EQ(std::get<DaemonStatus>(back), status);

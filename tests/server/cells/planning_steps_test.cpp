@@ -187,7 +187,7 @@ TEST_F(ArmMotionsTest, RetreatsGoStraightBackAndAreFree) {
 
 TEST_F(ArmMotionsTest, FreePathsJoinTheirEndsAndAreFreeAtAFinerStep) {
   const PrunedGrasps pruned = motions_->pruneFirstAtStart(problem_.settings.pruning);
-  const FreeMotionSolver solver(problem_.settings.free_motion, deadline_);
+  FreeMotionSolver solver(problem_.settings.free_motion, deadline_);
   StateChecker start_checker = checker();
   const ArmVector home = arm_.armOf(motions_->context().startState().of(arm_));
   int found = 0;
@@ -211,7 +211,7 @@ TEST_F(ArmMotionsTest, FreePathsJoinTheirEndsAndAreFreeAtAFinerStep) {
 }
 
 TEST_F(ArmMotionsTest, FreePathsFromWhereTheArmTouchesAreRefused) {
-  const FreeMotionSolver solver(problem_.settings.free_motion, deadline_);
+  FreeMotionSolver solver(problem_.settings.free_motion, deadline_);
   StateChecker start_checker = checker();
   ArmVector q = arm_.armOf(motions_->context().startState().of(arm_));
   ArmVector folded = q;

@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the client library makes of answers: of the daemon's parts, and of events that a test
-// writes. A program of its own: Fast DDS gives each participant of a process a new id, and those
-// beyond 32 find nobody.
-#include "dds/dds_endpoint.hpp"
-#include "process.hpp"
-#include "runtime/runtime.hpp"
-#include "scripted_service.hpp"
-#include "wire/codec.hpp"
-#include "wire/entities.hpp"
+// writes.
+#include "event_daemon.hpp"
+#include "wire_daemon.hpp"
 
 #include <handover/client/client.hpp>
 
-#include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <deque>
+#include <thread>
 
 namespace handover::test {
 namespace {
@@ -21,69 +19,9 @@ namespace {
 using client::Client;
 using client::ClientError;
 
-PlanRequest scripted(const std::string& task) {
-  return {.id = RequestId::random(), .client_id = "any", .cell = "script", .task = task};
-}
-
-/// A daemon that answers a request with the events of a test.
-class EventWriter {
- public:
-  EventWriter(int domain, const std::string& client_id, std::vector<PlanEvent> events)
-      : events_(std::move(events)),
-        participant_({.domain = domain, .name = "events", .on_writer = {}}),
-        statuses_(participant_, {}),
-        writer_(participant_, {.partition = client_id}),
-        cancels_(participant_, {}, [](const auto&) {}),
-        requests_(participant_, {}, [this](const wire::Sample<msg::HandoverRequest>& sample) {
-          if (sample.message == nullptr) return;
-          for (PlanEvent event : events_) {
-            event.request_id = RequestId{sample.key};
-            (void)writer_.write(wire::encode(event));
-          }
-        }) {
-    DaemonStatus status;
-    status.id = RequestId::random().bytes;
-    status.version = "test";
-    status.state = DaemonState::kReady;
-    status.cells = {{"script", {"answer"}, 7, {}, ""}};
-    EXPECT_EQ(statuses_.write(wire::encode(status)), wire::WriteResult::kOk);
-  }
-
- private:
-  const std::vector<PlanEvent> events_;
-  wire::Participant participant_;
-  wire::Writer<msg::DaemonStatus> statuses_;
-  wire::Writer<msg::PlanEvent> writer_;
-  wire::Reader<msg::HandoverCancel> cancels_;
-  wire::Reader<msg::HandoverRequest> requests_;
-};
-
 constexpr AnswerId kOne{1}, kTwo{2};
 
-class ClientAnswers : public testing::Test {
- public:
-  /// As between processes.
-  static void SetUpTestSuite() {
-    eprosima::fastrtps::LibrarySettingsAttributes settings;
-    settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
-    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
-  }
-
- protected:
-  void start() {
-    endpoint.emplace(DdsEndpointSettings{.domain = domain});
-    RuntimeSettings settings;
-    settings.id = RequestId::random().bytes;
-    settings.version = "test";
-    runtime.emplace(service, *endpoint, settings);
-    runtime->start();
-  }
-
-  const int domain = freeDomain();
-  ScriptedService service;
-  std::optional<DdsEndpoint> endpoint;
-  std::optional<Runtime> runtime;
-};
+class ClientAnswers : public WireDaemonTest {};
 
 TEST_F(ClientAnswers, AreRejectionsForAnIdThatWasAnswered) {
   start();
@@ -126,7 +64,7 @@ TEST_F(ClientAnswers, SayWhenTheReasonOfAFailureCame) {
 }
 
 TEST_F(ClientAnswers, TellOfAMissingEvent) {
-  const EventWriter daemon(
+  const EventDaemon daemon(
       domain, "gaps", {{{}, kOne, 0, 0, Accepted{}}, {{}, kOne, 2, 0, Outcome{Done{1, true}}}});
   Client client({.domain = domain, .client_id = "gaps", .wait = 20s});
   const auto handle = client.plan(scripted("answer"));
@@ -155,7 +93,7 @@ TEST_F(ClientAnswers, BeginAnewWithAnotherIdAndAreNeverJoined) {
   add(kTwo, 0, 8);
   add(kOne, 11, plan.size());  // of a daemon that is no longer listened to
   add(kTwo, 8, plan.size());
-  const EventWriter daemon(domain, "anew", events);
+  const EventDaemon daemon(domain, "anew", events);
 
   Client client({.domain = domain, .client_id = "anew", .wait = 20s});
   std::vector<PlanEvent> seen;
@@ -175,7 +113,7 @@ TEST_F(ClientAnswers, BeginAnewWithAnotherIdAndAreNeverJoined) {
 }
 
 TEST_F(ClientAnswers, AreNoneWhenTheyBeginInTheirMiddle) {
-  const EventWriter daemon(
+  const EventDaemon daemon(
       domain, "middle", {{{}, kOne, 0, 0, Accepted{}}, {{}, kTwo, 1, 0, Outcome{Done{1, true}}}});
   Client client({.domain = domain, .client_id = "middle", .wait = 20s});
   const auto handle = client.plan(scripted("answer"));
@@ -198,6 +136,151 @@ TEST_F(ClientAnswers, EndWithWhatLeavesACallback) {
   }
   // The request is over for the daemon too, and the client goes on.
   EXPECT_TRUE(std::holds_alternative<Done>(client.plan(scripted("answer")).wait()));
+}
+
+TEST_F(ClientAnswers, AreNotBelievedFromWhoHasAnnouncedNoDaemon) {
+  // It hears the request as soon as the daemon does, and its outcome needs no planning.
+  const EventDaemon forger(domain, "forged", {{{}, kTwo, 0, 0, Outcome{Done{9, true}}}}, false);
+  start();
+  Client client({.domain = domain, .client_id = "forged", .wait = 20s});
+  for (int i = 0; i < 20; ++i) {
+    const auto handle = client.plan(scripted("answer"));
+    ASSERT_TRUE(handle.waitFor(20s));
+    EXPECT_EQ(handle.wait(), (Outcome{Done{1, true}}));
+  }
+}
+
+TEST_F(ClientAnswers, WaitForTheStatusOfWhoGaveThem) {
+  EventDaemon late(domain, "late", {{{}, kOne, 0, 0, Outcome{Done{3, true}}}}, false);
+  DaemonStatus elsewhere = scriptStatus();
+  elsewhere.cells[0].name = "elsewhere";
+  EventDaemon other(domain, "nobody", {}, false);
+  other.announce(elsewhere);  // so that the client asks
+  Client client({.domain = domain, .client_id = "late", .wait = 20s});
+  std::jthread announcing([&] {
+    Client second({.domain = domain, .client_id = "second", .wait = 20s});
+    (void)second.daemons();
+    late.announce(scriptStatus());
+  });
+  EXPECT_EQ(client.plan(scripted("answer")).wait(), (Outcome{Done{3, true}}));
+}
+
+TEST_F(ClientAnswers, KeepADaemonsIdToWhoHadItFirst) {
+  DaemonStatus status = scriptStatus();
+  const EventDaemon daemon(domain, "nobody", {}, false);
+  EventDaemon first(domain, "nobody", {}, false), second(domain, "nobody", {}, false);
+  first.announce(status);
+  Client client({.domain = domain, .client_id = {}, .wait = 20s});
+  ASSERT_EQ(client.daemons().size(), 1u);
+  DaemonStatus forged = status;
+  forged.cells[0].name = "forged";
+  second.announce(forged);
+  const auto daemons = client.daemons();
+  ASSERT_EQ(daemons.size(), 1u);
+  EXPECT_EQ(daemons[0].cells[0].name, "script");
+}
+
+TEST_F(ClientAnswers, AreAskedForAgainWhileTheyAreSilentAndEndAfterLong) {
+  const EventDaemon daemon(domain, "silent", {{{}, kOne, 0, 0, Accepted{}}});
+  wire::Participant listening({.domain = domain, .name = "listening", .on_writer = {}});
+  std::atomic<int> heard = 0;
+  const wire::Reader<msg::HandoverRequest> requests(
+      listening, {}, [&heard](const auto& sample) { heard += sample.message != nullptr ? 1 : 0; });
+  Client client({.domain = domain, .client_id = "silent", .wait = 1s, .silence = 4s});
+  const auto handle = client.plan(scripted("answer"));
+  ASSERT_TRUE(handle.waitFor(20s));
+  EXPECT_GE(heard, 3);
+  EXPECT_LE(heard, 5);
+  try {
+    (void)handle.wait();
+    FAIL() << "it ended well";
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.code(), ClientError::Code::kTimeLimit);
+  }
+}
+
+TEST_F(ClientAnswers, EndSoonAfterTheDeadline) {
+  const EventDaemon daemon(domain, "late", {{{}, kOne, 0, 0, Accepted{}}});
+  Client client({.domain = domain, .client_id = "late", .wait = 2s});
+  auto request = scripted("answer");
+  request.deadline_s = 0.1;
+  const auto handle = client.plan(request);
+  ASSERT_TRUE(handle.waitFor(20s));
+  EXPECT_THROW((void)handle.wait(), ClientError);
+}
+
+TEST_F(ClientAnswers, RefuseInACallbackWhatWouldWaitForItself) {
+  start();
+  Client client({.domain = domain, .client_id = "nested", .wait = 20s});
+  std::optional<client::PlanHandle> handle;
+  std::atomic<int> refused = 0;
+  const auto refuse = [&](const auto& call) {
+    try {
+      (void)call();
+    } catch (const std::logic_error&) {
+      ++refused;
+    }
+  };
+  handle = client.plan(scripted("hold"), [&](const PlanEvent& event) {
+    if (event.sequence != 0) return;
+    refuse([&] { return client.plan(scripted("answer")); });
+    refuse([&] { return client.daemons(); });
+  });
+  handle->cancel();
+  (void)handle->wait();
+  EXPECT_EQ(refused, 2);
+}
+
+TEST_F(ClientAnswers, AreNoneOfAHandleThatIsNotReady) {
+  const client::PlanHandle none;
+  EXPECT_THROW((void)none.wait(), std::logic_error);
+  EXPECT_THROW((void)none.id(), std::logic_error);
+  EXPECT_THROW(none.cancel(), std::logic_error);
+  start();
+  Client client({.domain = domain, .client_id = "early", .wait = 20s});
+  const auto held = client.plan(scripted("hold"));
+  EXPECT_THROW((void)held.answerTime(), std::logic_error);
+  auto again = scripted("answer");
+  again.id = held.id();
+  EXPECT_THROW((void)client.plan(again), std::invalid_argument);
+  held.cancel();
+  EXPECT_EQ(held.wait(), Outcome{Cancelled{CancelCause::kAsked}});
+  EXPECT_GT(held.answerTime().count(), 0);
+}
+
+TEST_F(ClientAnswers, ComeToFiftyClientsOfOneProcess) {
+  start({.threads = 1, .queue_capacity = 64});
+  std::deque<Client> clients;
+  std::vector<client::PlanHandle> handles;
+  for (int i = 0; i < 50; ++i) {
+    clients.emplace_back(client::ClientOptions{.domain = domain, .wait = 20s});
+    handles.push_back(clients.back().plan(scripted("answer")));
+  }
+  for (const auto& handle : handles) EXPECT_EQ(handle.wait(), (Outcome{Done{1, true}}));
+}
+
+TEST_F(ClientAnswers, AreStillThereAfterThousandsOfRequestsAndCancels) {
+  start();
+  Client client({.domain = domain, .client_id = "much", .wait = 20s});
+  for (int i = 0; i < 1100; ++i) {
+    const auto handle = client.plan(scripted("hold"));
+    handle.cancel();
+    ASSERT_TRUE(handle.waitFor(20s)) << i;
+    ASSERT_EQ(handle.wait(), Outcome{Cancelled{CancelCause::kAsked}});
+  }
+}
+
+TEST_F(ClientAnswers, OfStatusesComeAtOnce) {
+  start();
+  double least = 1;  // of a newcomer to the domain, from nothing to the answer [s]
+  for (int i = 0; i < 5; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_EQ(Client({.domain = domain, .client_id = {}, .wait = 20s}).daemons().size(), 1u);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    std::cout << "status after " << 1e3 * took.count() << " ms\n";
+    least = std::min(least, took.count());
+  }
+  EXPECT_LT(least, 1);  // usual is 0.07; a busy machine takes half a second
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // The daemon's parts with their real endpoint, asked by our client and by bare DDS entities.
 #include "dds/dds_endpoint.hpp"
 
+#include "bare_client.hpp"
 #include "process.hpp"
 #include "runtime/runtime.hpp"
 #include "scripted_service.hpp"
@@ -10,7 +11,6 @@
 
 #include <handover/client/client.hpp>
 
-#include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,70 +22,13 @@ namespace {
 using client::Client;
 using client::ClientError;
 
-/// Writes requests and reads events without our client library.
-class BareClient {
- public:
-  BareClient(int domain, const std::string& client_id)
-      : participant_({.domain = domain, .name = "bare", .on_writer = {}}),
-        events_(participant_, {.partition = client_id},
-                [this](const wire::Sample<msg::PlanEvent>& sample) {
-                  if (sample.message == nullptr) return;
-                  const auto event = wire::decode(*sample.message);
-                  const std::lock_guard lock(mutex_);
-                  received_.push_back(std::get<PlanEvent>(event));
-                  changed_.notify_all();
-                }),
-        requests_(participant_, {.on_match = [this](const auto&) {
-                    const std::lock_guard lock(mutex_);
-                    changed_.notify_all();
-                  }}) {}
-
-  void send(const msg::HandoverRequest& request) {
-    {
-      std::unique_lock lock(mutex_);
-      ASSERT_TRUE(changed_.wait_for(lock, 20s, [this] { return requests_.matched() > 0; }));
-    }
-    ASSERT_EQ(requests_.write(request), wire::WriteResult::kOk);
-  }
-
-  void dispose(const msg::HandoverRequest& request) { requests_.dispose(request); }
-
-  bool waitForEvents(std::size_t count) {
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, 20s, [&] { return received_.size() >= count; });
-  }
-
-  std::optional<Outcome> outcome() {
-    std::unique_lock lock(mutex_);
-    const auto ended = [this] {
-      return !received_.empty() && std::holds_alternative<Outcome>(received_.back().payload);
-    };
-    if (!changed_.wait_for(lock, 20s, ended)) return std::nullopt;
-    return std::get<Outcome>(received_.back().payload);
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::vector<PlanEvent> received_;
-  wire::Participant participant_;
-  wire::Reader<msg::PlanEvent> events_;
-  wire::Writer<msg::HandoverRequest> requests_;
-};
-
 PlanRequest scripted(const std::string& task) {
   return {.id = RequestId::random(), .client_id = "bare", .cell = "script", .task = task};
 }
 
 class DdsEndpointTest : public testing::Test {
  public:
-  /// As between processes: Fast DDS 2.9 hands samples over inside one process and loses some, also
-  /// of reliable writers, while another participant joins.
-  static void SetUpTestSuite() {
-    eprosima::fastrtps::LibrarySettingsAttributes settings;
-    settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
-    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
-  }
+  static void SetUpTestSuite() { wire::deliverOverSockets(); }
 
  protected:
   const int domain = freeDomain();
@@ -272,6 +215,17 @@ TEST_F(DdsEndpointTest, FirstEventComesFastOnceMatched) {
   std::cout << "answer of 40 events, write to outcome: median " << 1e3 * seconds[25]
             << " ms, worst " << 1e3 * seconds.back() << " ms\n";
   EXPECT_LT(seconds[25], 0.1);
+}
+
+TEST_F(DdsEndpointTest, IsReachedByItsOwnProbe) {
+  EXPECT_TRUE(endpoint.reachable(20s));
+  start();
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(endpoint.reachable(20s));
+  // No request of anybody, no place in the queue.
+  Client client({.domain = domain, .client_id = {}, .wait = 20s});
+  const DaemonStatus status = client.daemons().at(0);
+  EXPECT_EQ(status.counters, OutcomeCounters{});
+  EXPECT_EQ(status.clients, 0u);
 }
 
 }  // namespace

@@ -164,7 +164,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "10: robots.r d: 'r d' is not a name: up to 64 letters, digits, '_' and '-'"},
         BadCell{"base_frame", "base: {xyz: [0, 0, 0]}", "base: {frame: shelf, xyz: [0, 0, 0]}",
                 "6: robots.left.base.frame: 'shelf' is neither world, an object, a robot nor "
-                "robot/link"},
+                "robot/link; the nearest known one is 'left'"},
         BadCell{"base_on_its_own_tray", "base: {xyz: [2, 0, 0], rpy_deg: [0, 0, 180]}",
                 "base: {frame: tray}", "12: robots.right.base.frame: cyclic frame reference"},
         BadCell{"two_numbers", "xyz: [0, 0, 0]", "xyz: [0, 0]",
@@ -189,38 +189,47 @@ INSTANTIATE_TEST_SUITE_P(
         BadCell{"quaternion", "quat_wxyz: [0, 1, 0, 0]", "quat_wxyz: [0, 1.1, 0, 0]",
                 "38: tasks.fetch.goal.quat_wxyz: must have length 1"},
         BadCell{"posture", "posture: home", "posture: sleep",
-                "7: robots.left.posture: 'sleep' is no group state of robot 'tiny'"},
+                "7: robots.left.posture: 'sleep' is no group state of robot 'tiny'; the nearest "
+                "known one is 'home'"},
         BadCell{"joint", "reach: 0.1", "jump: 0.1",
-                "8: robots.left.joints.jump: no such joint in robot 'tiny'"},
+                "8: robots.left.joints.jump: no such joint in robot 'tiny'; the nearest known one "
+                "is 'bend'"},
         BadCell{
             "joint_limit", "reach: 0.1", "reach: 0.6",
             "8: robots.left.joints.reach: is outside the joint's limits: 0.6 is not from 0 to 0.5"},
         BadCell{"resting_link", "[[base, floor]]", "[[basis, floor]]",
-                "9: robots.left.resting: link 'basis' is not in robot 'tiny'"},
+                "9: robots.left.resting: link 'basis' is not in robot 'tiny'; the nearest known "
+                "one is 'base'"},
         BadCell{"resting_pair", "[[base, floor]]", "[[base]]",
                 "9: robots.left.resting.0: must be [link, object]"},
         BadCell{"resting_object", "resting: [table]", "resting: [desk]",
-                "25: objects.cup.resting: no object 'desk' in this cell"},
+                "25: objects.cup.resting: no object 'desk' in this cell; the nearest known one is "
+                "'cup'"},
         BadCell{"no_pose", "    pose: {frame: table, xyz: [0.1, 0, 0.28]}\n", "",
                 "22: objects.cup: has neither pose nor attached_to"},
         BadCell{"frame", "frame: table", "frame: desk",
                 "24: objects.cup.pose.frame: 'desk' is neither world, an object, a robot nor "
-                "robot/link"},
+                "robot/link; the nearest known one is 'left'"},
         BadCell{"frame_circle", "pose: {xyz: [1, 1, 0.25], rpy_deg: [0, 0, 90]}",
                 "pose: {frame: cup}", "17: objects.table.pose.frame: cyclic frame reference"},
         BadCell{"attached_link", "link: palm, pose", "link: hand, pose",
-                "21: objects.tray.attached_to.link: link 'hand' is not in robot 'tiny'"},
+                "21: objects.tray.attached_to.link: link 'hand' is not in robot 'tiny'; the "
+                "nearest known one is 'base'"},
         BadCell{"attached_robot", "robot: right, link", "robot: nobody, link",
-                "21: objects.tray.attached_to.robot: no robot 'nobody' in this cell"},
+                "21: objects.tray.attached_to.robot: no robot 'nobody' in this cell; the nearest "
+                "known one is 'left'"},
         BadCell{"grasp_hand", "right: {hand: 20}", "right: {foot: 20}",
-                "26: objects.cup.grasps.right.foot: robot 'right' has no such hand"},
+                "26: objects.cup.grasps.right.foot: robot 'right' has no such hand; the nearest "
+                "known one is 'hand'"},
         BadCell{
             "grasp_count", "right: {hand: 20}", "right: {hand: 0}",
             "26: objects.cup.grasps.right.hand: must be a whole number from 1 to 10000, not '0'"},
-        BadCell{"task_object", "object: cup", "object: mug",
-                "29: tasks.serve.object: no object 'mug' in this cell"},
+        BadCell{
+            "task_object", "object: cup", "object: mug",
+            "29: tasks.serve.object: no object 'mug' in this cell; the nearest known one is 'cup'"},
         BadCell{"task_giver", "giver: left", "giver: nobody",
-                "30: tasks.serve.giver: no robot 'nobody' in this cell"},
+                "30: tasks.serve.giver: no robot 'nobody' in this cell; the nearest known one is "
+                "'left'"},
         BadCell{"task_self", "receiver: right", "receiver: left",
                 "31: tasks.serve.receiver: successive holders must be different arms"},
         BadCell{"task_no_goal", "    goal: {frame: tray, xyz: [0, 0, 0.035]}\n", "",
@@ -228,7 +237,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadCell{"task_own_frame", "goal: {frame: tray", "goal: {frame: cup",
                 "32: tasks.serve.goal.frame: is the task's own object"},
         BadCell{"start_rest", "goal_rest: [table]", "start_rest: [desk]",
-                "39: tasks.fetch.start_rest: no object 'desk' in this cell"},
+                "39: tasks.fetch.start_rest: no object 'desk' in this cell; the nearest known one "
+                "is 'cup'"},
         BadCell{"goal_rest", "goal_rest: [table]", "goal_rest: [cup]",
                 "39: tasks.fetch.goal_rest: rests on itself"},
         BadCell{"quoted_number", "radius: 0.03", "radius: '0.03'",
@@ -249,7 +259,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "  left: {geometry: {type: sphere, radius: 1}, pose: {}}\n  floor: {geom",
                 "14: objects.left: is the name of a robot too"},
         BadCell{"tool_arm", "posture: home", "arms: {leg: {tool: {xyz: [0, 0, 0]}}}",
-                "7: robots.left.arms.leg: robot 'tiny' has no such arm"},
+                "7: robots.left.arms.leg: robot 'tiny' has no such arm; the nearest known one is "
+                "'arm'"},
         BadCell{"tool_reach", "posture: home", "arms: {arm: {tool: {xyz: [9, 0, 0]}}}",
                 "7: robots.left.arms.arm.tool: arm 'arm' of robot 'left' cannot reach this pose "
                 "within its limits"},
@@ -270,14 +281,16 @@ INSTANTIATE_TEST_SUITE_P(
                 "{type: mesh, path: a.obj, scale: [1, 0, 1]}",
                 "23: objects.cup.geometry.scale: must not be zero"},
         BadCell{"touch_link", "touch_links: [palm, finger]", "touch_links: [palm, thumb]",
-                "21: objects.tray.attached_to.touch_links: link 'thumb' is not in robot 'tiny'"},
+                "21: objects.tray.attached_to.touch_links: link 'thumb' is not in robot 'tiny'; "
+                "the nearest known one is 'palm'"},
         BadCell{"pose_and_attached", "rpy_deg: [0, 0, 90]}\n",
                 "rpy_deg: [0, 0, 90]}\n    attached_to: {robot: left, link: palm}\n",
                 "15: objects.table: has both pose and attached_to"},
         BadCell{"rests_on_itself", "resting: [table]", "resting: [cup]",
                 "25: objects.cup.resting: rests on itself"},
         BadCell{"grasp_robot", "right: {hand: 20}", "nobody: {hand: 20}",
-                "26: objects.cup.grasps.nobody: no such robot in this cell"},
+                "26: objects.cup.grasps.nobody: no robot 'nobody' in this cell; the nearest known "
+                "one is 'left'"},
         BadCell{
             "grasp_negative", "right: {hand: 20}", "right: {hand: -5}",
             "26: objects.cup.grasps.right.hand: must be a whole number from 1 to 10000, not '-5'"},
@@ -287,12 +300,14 @@ INSTANTIATE_TEST_SUITE_P(
         BadCell{"task_attached", "object: cup\n    giver: right", "object: tray\n    giver: right",
                 "34: tasks.fetch.object: 'tray' is attached to a robot"},
         BadCell{"task_receiver", "receiver: right", "receiver: nobody",
-                "31: tasks.serve.receiver: no robot 'nobody' in this cell"},
+                "31: tasks.serve.receiver: no robot 'nobody' in this cell; the nearest known one "
+                "is 'left'"},
         BadCell{"task_start_frame", "start: {xyz", "start: {frame: desk, xyz",
                 "37: tasks.fetch.start.frame: 'desk' is neither world, an object, a robot nor "
-                "robot/link"},
+                "robot/link; the nearest known one is 'left'"},
         BadCell{"task_goal_link", "frame: left/palm", "frame: left/fist",
-                "38: tasks.fetch.goal.frame: link 'fist' is not in robot 'tiny'"},
+                "38: tasks.fetch.goal.frame: link 'fist' is not in robot 'tiny'; the nearest known "
+                "one is 'base'"},
         BadCell{"vary_facing", "{choices: [0.03, 0.04]}", "{range: [0.03, 0.04], facing: [0, 0]}",
                 "43: vary.objects.cup.geometry.radius.facing: must be [x, y], beside a range of "
                 "rpy_deg"},
@@ -346,7 +361,8 @@ TEST(Cell, ListsFaultsOfEveryKindAtOnce) {
   root.write("robots/tiny/tiny.srdf", handover::testing::kTinySrdf);
   EXPECT_THAT(root.faultsOf(text),
               ElementsAre("7: robots.left.postur: unknown key; the nearest known one is 'posture'",
-                          "25: objects.cup.resting: no object 'desk' in this cell"));
+                          "25: objects.cup.resting: no object 'desk' in this cell; the nearest "
+                          "known one is 'cup'"));
 }
 
 TEST(Cell, ListsEveryFault) {

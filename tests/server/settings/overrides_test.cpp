@@ -138,7 +138,8 @@ TEST_F(Overrides, AreRefusedWithEveryFault) {
   EXPECT_THAT(
       faultsOf({{"robots.left.joints.reach", "9"}, {"robots.right.posture", "sleep"}}),
       ElementsAre("robots.left.joints.reach: is outside the joint's limits: 9 is not from 0 to 0.5",
-                  "robots.right.posture: 'sleep' is no group state of robot 'tiny'"));
+                  "robots.right.posture: 'sleep' is no group state of robot 'tiny'; the nearest "
+                  "known one is 'home'"));
   // Of different kinds too: an unknown path does not hide a wrong value.
   EXPECT_THAT(faultsOf({{"robots.left.base.xyz", "[0, .nan, 0]"}, {"objects.ghost.pose", "{}"}}),
               ::testing::UnorderedElementsAre(::testing::HasSubstr("objects.ghost"),
@@ -186,10 +187,9 @@ TEST_F(Overrides, SolveArmPosturesByToolPose) {
       faultsOf({{"robots.left.arms.arm.tool.xyz", "[3, 0, 0.5]"}}),
       ElementsAre("robots.left.arms.arm.tool.xyz: robots.left.arms.arm.tool: arm 'arm' of robot "
                   "'left' cannot reach this pose within its limits"));
-  EXPECT_THAT(
-      faultsOf({{"robots.left.arms.leg.tool.xyz", "[3, 0, 0.5]"}}),
-      ElementsAre("robots.left.arms.leg.tool.xyz: robots.left.arms.leg: robot 'tiny' has no such "
-                  "arm"));
+  EXPECT_THAT(faultsOf({{"robots.left.arms.leg.tool.xyz", "[3, 0, 0.5]"}}),
+              ElementsAre("robots.left.arms.leg.tool.xyz: robots.left.arms.leg: robot 'tiny' has "
+                          "no such arm; the nearest known one is 'arm'"));
 }
 
 }  // namespace

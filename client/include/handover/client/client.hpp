@@ -21,6 +21,9 @@ struct ClientOptions {
   std::string client_id;      ///< [a-z0-9_-]{1,64}; empty: a random one
   /// For a daemon to show up, to take a request, and to come back after it was lost.
   std::chrono::milliseconds wait{5000};
+  /// For an answer to go on: how long it may be silent. A request with a deadline gets no more than
+  /// that and `wait`.
+  std::chrono::milliseconds silence{600'000};
 };
 
 class ClientError : public std::runtime_error {
@@ -28,6 +31,7 @@ class ClientError : public std::runtime_error {
   enum class Code {
     kNoDaemon,     ///< nobody there, or nobody took the request, within `wait`
     kDaemonLost,   ///< the daemon went away during the request and did not come back within `wait`
+    kTimeLimit,    ///< the answer was silent for `silence`, or is `wait` behind its deadline
     kInterrupted,  ///< interrupt() was called
     kBadStream,    ///< the daemon sent what cannot be read, or an event is missing
     kDds,          ///< the middleware failed
@@ -41,19 +45,22 @@ class ClientError : public std::runtime_error {
   Code code_;
 };
 
-/// Called for every event in order, from the client's own thread; must not call Client::plan().
+/// Called for every event in order, from the client's own thread. It may throw, which ends the
+/// request; it must not destroy the client.
 using OnEvent = std::function<void(const PlanEvent&)>;
 
 /// Called when another answer to the same request begins, as of a daemon that came back: the events
 /// before it are void, the next one has sequence 0. From the client's own thread.
 using OnRestart = std::function<void()>;
 
-/// A request on its way. Copies are the same request.
+/// A request on its way. Copies are the same request. Methods of a handle that is none of plan()'s
+/// throw std::logic_error, as do those that need the outcome before it is there.
 class PlanHandle {
  public:
   RequestId id() const;
   /// Waits for the outcome; every event was delivered before. @throws ClientError, and whatever
-  /// left a callback of this request, which ends it.
+  /// left a callback of this request, which ends it; std::logic_error in a callback, where it would
+  /// never come.
   Outcome wait() const;
   /// True when wait() would not wait after at most this time.
   bool waitFor(std::chrono::milliseconds most) const;
@@ -71,10 +78,14 @@ class PlanHandle {
  private:
   friend class Client;
   struct State;
+  State& state() const;
+  State& endedState() const;
+
   std::shared_ptr<State> state_;
 };
 
-/// A participant of one domain with a thread that delivers callbacks. Safe from any thread.
+/// Asks the daemons of one domain; a thread of its own delivers callbacks. Clients of a process and
+/// domain share a DDS participant. Safe from any thread.
 class Client {
  public:
   /// @throws ClientError (kDds); std::invalid_argument for a bad client id or HANDOVER_DOMAIN.
@@ -89,13 +100,16 @@ class Client {
   /// Sends a request and waits until a daemon took it. An empty id gets a random one; client_id is
   /// filled in. A request beyond the wire's bounds is rejected here, as the daemon would. An answer
   /// is one daemon's: where another one begins, what came before is dropped and `on_restart` told.
-  /// @throws ClientError.
+  /// Only participants that announced a daemon are listened to. @throws ClientError;
+  /// std::logic_error in a callback, which would wait for itself; std::invalid_argument for an id
+  /// that this client is asking for.
   PlanHandle plan(PlanRequest request, OnEvent on_event = {}, OnRestart on_restart = {});
 
   /// Cancels any request of the domain by its id.
   void cancel(const RequestId& id);
 
-  /// The daemons announced, by id; waits until there is one. @throws ClientError (kNoDaemon).
+  /// The daemons announced, by id; waits until there is one and a moment for those that show up
+  /// with it. @throws ClientError (kNoDaemon).
   std::vector<DaemonStatus> daemons();
 
   /// True while a daemon is announced; does not wait.

@@ -66,9 +66,10 @@ struct DaemonStatus {
   std::vector<CellInfo> cells;
   std::uint32_t queued = 0, running = 0;
   OutcomeCounters counters;
-  std::uint64_t refused = 0;       ///< requests that could not even be answered
-  std::uint32_t clients = 0;       ///< that have a stream of events
-  std::uint64_t memory_bytes = 0;  ///< resident; 0: not known
+  std::uint64_t refused = 0;          ///< requests that could not even be answered
+  std::uint32_t clients = 0;          ///< that have a stream of events
+  std::uint64_t memory_bytes = 0;     ///< resident; 0: not known
+  std::uint64_t dropped_packets = 0;  ///< datagrams that would have ended or frozen the daemon
   bool operator==(const DaemonStatus&) const = default;
 };
 

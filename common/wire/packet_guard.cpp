@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wire/packet_guard.hpp"
+
+#include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
+
+#include <algorithm>
+#include <string_view>
+
+namespace handover::wire {
+namespace {
+
+namespace rtps = eprosima::fastdds::rtps;
+using Bytes = std::span<const std::uint8_t>;
+
+constexpr std::size_t kHeader = 20, kSubmessageHeader = 4;  // RTPS 2.3, 8.3.3
+
+enum SubmessageId : std::uint8_t {
+  kGapId = 0x08,
+  kHeartbeatId = 0x07,
+  kInfoTimestampId = 0x09,
+  kPadId = 0x01,
+  kDataId = 0x15,
+  kDataFragId = 0x16,
+  kStatisticsId = 0x80,
+};
+
+/// A gap's samples are walked one by one: a millisecond's worth.
+constexpr std::int64_t kLongestGap = 65'536;
+/// As are those before a heartbeat's first. A daemon that reports 20 times a second for 1.7 years
+/// gets that far; walking takes about a second.
+constexpr std::int64_t kFarthestFirst = 1 << 30;
+/// The smallest fragment anybody cuts (Cyclone DDS: 1344), with room; the largest sample of ours.
+constexpr std::uint32_t kSmallestFragment = 64, kLargestSample = 64 << 20;
+
+/// The content of a submessage, read in its byte order. Reading beyond the end gives zeros: look at
+/// the size first.
+struct Submessage {
+  std::uint8_t id = 0, flags = 0;
+  Bytes content;
+  bool last = false;
+
+  bool little() const { return (flags & 1) != 0; }
+
+  std::uint32_t number(std::size_t at, std::size_t size) const {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < size && at + size <= content.size(); ++i) {
+      value = value << 8 | content[little() ? at + size - 1 - i : at + i];
+    }
+    return value;
+  }
+
+  std::uint16_t shortAt(std::size_t at) const { return static_cast<std::uint16_t>(number(at, 2)); }
+
+  std::uint32_t longAt(std::size_t at) const { return number(at, 4); }
+
+  /// A sequence number: the high half signed, then the low one.
+  std::int64_t sequenceAt(std::size_t at) const {
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(longAt(at)) << 32 | longAt(at + 4));
+  }
+};
+
+/// The submessage that begins a rest of a datagram; nullopt when it ends beyond it.
+std::optional<Submessage> firstOf(Bytes rest) {
+  if (rest.size() < kSubmessageHeader) return std::nullopt;
+  Submessage found{rest[0], rest[1], rest, false};
+  const std::size_t length = found.shortAt(2);
+  const Bytes after = rest.subspan(kSubmessageHeader);
+  if (length > after.size()) return std::nullopt;
+  // Without a length it is the last, to the end of the datagram; two kinds may be empty.
+  found.last = length == 0 && found.id != kInfoTimestampId && found.id != kPadId;
+  found.content = found.last ? after : after.first(length);
+  return found;
+}
+
+/// After the ids of reader and writer: first sample, base of the list.
+std::optional<PacketFault> gapFault(const Submessage& gap) {
+  if (gap.content.size() < 28) return PacketFault::kLength;
+  const std::int64_t first = gap.sequenceAt(8), base = gap.sequenceAt(16);
+  const bool walkable = first > 0 && base > 0 && (base <= first || base - first <= kLongestGap);
+  return walkable ? std::nullopt : std::optional(PacketFault::kGap);
+}
+
+/// After the ids of reader and writer: first and last sample, count.
+std::optional<PacketFault> heartbeatFault(const Submessage& heartbeat) {
+  if (heartbeat.content.size() < 28) return PacketFault::kLength;
+  const std::int64_t first = heartbeat.sequenceAt(8);
+  return first > 0 && first <= kFarthestFirst ? std::nullopt
+                                              : std::optional(PacketFault::kHeartbeat);
+}
+
+/// Where the payload of a data submessage begins, whose own members end at `members`; nullopt when
+/// that is beyond the submessage.
+std::optional<std::size_t> payloadOf(const Submessage& data, std::size_t members) {
+  constexpr std::uint8_t kInlineQos = 2;
+  constexpr std::uint16_t kSentinel = 1;
+  std::size_t at = 4 + static_cast<std::size_t>(data.shortAt(2));
+  if (at < members || at > data.content.size()) return std::nullopt;
+  if ((data.flags & kInlineQos) == 0) return at;
+  for (bool ended = false; !ended;) {
+    if (at + 4 > data.content.size()) return std::nullopt;
+    ended = data.shortAt(at) == kSentinel;
+    at += 4 + (ended ? 0 : static_cast<std::size_t>(data.shortAt(at + 2)));
+  }
+  return at <= data.content.size() ? std::optional(at) : std::nullopt;
+}
+
+std::optional<PacketFault> dataFault(const Submessage& data) {
+  if (data.content.size() < 20) return PacketFault::kLength;
+  return payloadOf(data, 20) ? std::nullopt : std::optional(PacketFault::kData);
+}
+
+/// After the members of data: number of the first fragment (from 1), how many, their size, the
+/// sample's.
+std::optional<PacketFault> fragmentFault(const Submessage& data) {
+  if (data.content.size() < 32) return PacketFault::kLength;
+  const auto payload = payloadOf(data, 32);
+  if (!payload) return PacketFault::kData;
+  const std::uint64_t first = data.longAt(20), count = data.shortAt(24), size = data.shortAt(26);
+  const std::uint64_t sample = data.longAt(28);
+  if (first == 0 || count == 0 || size < kSmallestFragment || sample > kLargestSample) {
+    return PacketFault::kFragment;
+  }
+  const std::uint64_t from = (first - 1) * size;
+  const std::uint64_t bytes = from < sample ? std::min(count * size, sample - from) : 0;
+  const bool whole = bytes > 0 && data.content.size() - *payload >= bytes;
+  return whole ? std::nullopt : std::optional(PacketFault::kFragment);
+}
+
+std::optional<PacketFault> faultOf(const Submessage& submessage) {
+  switch (submessage.id) {
+    case kGapId:
+      return gapFault(submessage);
+    case kHeartbeatId:
+      return heartbeatFault(submessage);
+    case kDataId:
+      return dataFault(submessage);
+    case kDataFragId:
+      return fragmentFault(submessage);
+    default:
+      return std::nullopt;
+  }
+}
+
+bool isRtps(Bytes datagram) {
+  constexpr std::string_view kMagic = "RTPS";
+  return datagram.size() >= kHeader && std::equal(kMagic.begin(), kMagic.end(), datagram.begin());
+}
+
+bool fromEprosima(Bytes datagram) { return datagram[6] == 0x01 && datagram[7] == 0x0f; }
+
+class GuardedTransport final : public rtps::ChainingTransport {
+ public:
+  GuardedTransport(const rtps::ChainingTransportDescriptor& descriptor,
+                   std::shared_ptr<DropCounter> dropped)
+      : ChainingTransport(descriptor), dropped_(std::move(dropped)) {}
+
+  rtps::TransportDescriptorInterface* get_configuration() override {
+    return low_level_transport_->get_configuration();
+  }
+
+  bool send(eprosima::fastrtps::rtps::SenderResource* below,
+            const eprosima::fastrtps::rtps::octet* data, std::uint32_t size,
+            eprosima::fastrtps::rtps::LocatorsIterator* begin,
+            eprosima::fastrtps::rtps::LocatorsIterator* end,
+            const std::chrono::steady_clock::time_point& until) override {
+    return below->send(data, size, begin, end, until);
+  }
+
+  void receive(rtps::TransportReceiverInterface* next, const eprosima::fastrtps::rtps::octet* data,
+               std::uint32_t size, const eprosima::fastrtps::rtps::Locator_t& local,
+               const eprosima::fastrtps::rtps::Locator_t& remote) override {
+    if (packetFault({data, size})) {
+      ++*dropped_;
+    } else {
+      next->OnDataReceived(data, size, local, remote);
+    }
+  }
+
+ private:
+  const std::shared_ptr<DropCounter> dropped_;
+};
+
+struct GuardedDescriptor final : public rtps::ChainingTransportDescriptor {
+  GuardedDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> below,
+                    std::shared_ptr<DropCounter> counter)
+      : ChainingTransportDescriptor(std::move(below)), dropped(std::move(counter)) {}
+
+  rtps::TransportInterface* create_transport() const override {
+    return new GuardedTransport(*this, dropped);
+  }
+
+  const std::shared_ptr<DropCounter> dropped;
+};
+
+}  // namespace
+
+std::optional<PacketFault> packetFault(Bytes datagram) {
+  if (!isRtps(datagram)) return std::nullopt;
+  Bytes rest = datagram.subspan(kHeader);
+  while (!rest.empty()) {
+    const auto submessage = firstOf(rest);
+    if (!submessage) return PacketFault::kLength;
+    // The next one begins at a multiple of four.
+    const std::size_t padded = kSubmessageHeader + (submessage->content.size() + 3) / 4 * 4;
+    rest = rest.subspan(std::min(padded, rest.size()));
+    if (submessage->id == kStatisticsId && fromEprosima(datagram)) {
+      if (!rest.empty()) return PacketFault::kStatistics;
+    } else if (const auto fault = faultOf(*submessage)) {
+      return fault;
+    }
+  }
+  return std::nullopt;
+}
+
+std::shared_ptr<rtps::TransportDescriptorInterface> guarded(
+    std::shared_ptr<rtps::TransportDescriptorInterface> below,
+    std::shared_ptr<DropCounter> dropped) {
+  return std::make_shared<GuardedDescriptor>(std::move(below), std::move(dropped));
+}
+
+}  // namespace handover::wire

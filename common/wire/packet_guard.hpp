@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stops the datagrams that end or spin Fast DDS 2.9.1 before it sees them. Whoever may send to a
+// port of ours could send one; none of these rules needs to know who did.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+
+namespace eprosima::fastdds::rtps {
+struct TransportDescriptorInterface;
+}
+
+namespace handover::wire {
+
+/// Why a datagram is dropped.
+enum class PacketFault {
+  kLength,      ///< a submessage that ends beyond the datagram, or lacks what its kind has
+  kStatistics,  ///< eProsima's statistics before the end of the datagram: an assertion
+  kGap,         ///< a gap that begins before 1, or is too long: it would be walked one by one
+  kHeartbeat,   ///< a first sample before 1 (an assertion), or too far: walked one by one
+  kData,        ///< inline QoS that end beyond the submessage: the payload's length underflows
+  kFragment,    ///< fragments too small, too many or of none: written or read beyond the sample
+};
+
+/// The first fault of an RTPS datagram; none: it may pass. What is not RTPS passes, the library
+/// passes over it; encrypted submessages pass as they are.
+std::optional<PacketFault> packetFault(std::span<const std::uint8_t> datagram);
+
+/// Counts what guarded transports dropped.
+using DropCounter = std::atomic<std::uint64_t>;
+
+/// The transport of `below` behind a guard that drops datagrams with a fault and counts them.
+std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> guarded(
+    std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> below,
+    std::shared_ptr<DropCounter> dropped);
+
+}  // namespace handover::wire

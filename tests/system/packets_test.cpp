@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// Datagrams that end or freeze Fast DDS 2.9.1, sent to a live daemon: it goes on.
+#include "process.hpp"
+#include "rtps_packets.hpp"
+#include "wire/entities.hpp"
+
+#include <handover/client/client.hpp>
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+namespace handover::test {
+namespace {
+
+using client::Client;
+
+/// A request writer that the daemon knows, and its GUID.
+class KnownWriter {
+ public:
+  explicit KnownWriter(int domain)
+      : participant_({.domain = domain, .name = "known", .on_writer = {}}),
+        own_(participant_, {},
+             [this](const wire::Sample<msg::HandoverRequest>& sample) {
+               const std::lock_guard lock(mutex_);
+               guid_ = sample.writer;
+               changed_.notify_all();
+             }),
+        requests_(participant_, {.on_match = [this](const wire::Match& match) {
+                    const std::lock_guard lock(mutex_);
+                    peers_ = match.current;
+                    changed_.notify_all();
+                  }}) {}
+
+  /// Waits until the daemon and this process have matched it.
+  wire::Guid guid() {
+    std::unique_lock lock(mutex_);
+    EXPECT_TRUE(changed_.wait_for(lock, 20s, [this] { return peers_ >= 2; }));
+    lock.unlock();
+    EXPECT_EQ(requests_.write({}), wire::WriteResult::kOk);
+    lock.lock();
+    EXPECT_TRUE(changed_.wait_for(lock, 20s, [this] { return guid_ != wire::Guid{}; }));
+    return guid_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  wire::Guid guid_{};
+  int peers_ = 0;
+  wire::Participant participant_;
+  wire::Reader<msg::HandoverRequest> own_;
+  wire::Writer<msg::HandoverRequest> requests_;
+};
+
+class Packets : public testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(daemon_.waitForOutput("serving")); }
+
+  void TearDown() override { close(socket_); }
+
+  /// To the daemon, the first participant of its domain: discovery's port and its users'.
+  void send(const Bytes& datagram) {
+    for (const int port : {7410, 7411}) {
+      sockaddr_in to{};
+      to.sin_family = AF_INET;
+      to.sin_port = htons(static_cast<std::uint16_t>(port + 250 * domain_));
+      to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+      ASSERT_EQ(sendto(socket_, datagram.data(), datagram.size(), 0,
+                       reinterpret_cast<const sockaddr*>(&to), sizeof(to)),
+                static_cast<ssize_t>(datagram.size()));
+    }
+  }
+
+  /// A fresh client's plan.
+  Outcome plan() {
+    Client client({.domain = domain_, .client_id = {}, .wait = 5s});
+    PlanRequest request;
+    request.cell = "script";
+    request.task = "answer";
+    return client.plan(request).wait();
+  }
+
+  std::uint64_t dropped() {
+    Client client({.domain = domain_, .client_id = {}, .wait = 5s});
+    return client.daemons().at(0).dropped_packets;
+  }
+
+  const int domain_ = freeDomain();
+  Process daemon_{{HANDOVER_BINARY_DIR "/tests/scripted_daemon", std::to_string(domain_)}};
+  const int socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+};
+
+TEST_F(Packets, OfOrdinaryClientsAreNotDropped) {
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(std::holds_alternative<Done>(plan()));
+  EXPECT_EQ(dropped(), 0u);
+}
+
+TEST_F(Packets, ThatEndTheLibraryDoNotReachIt) {
+  send(datagram({statistics(), submessage(0x09, Bytes(2))}));
+  EXPECT_TRUE(std::holds_alternative<Done>(plan()));
+  EXPECT_GE(dropped(), 2u);
+}
+
+TEST_F(Packets, OfAKnownWriterThatSpinItsThreadDoNotReachIt) {
+  KnownWriter writer(domain_);
+  const wire::Guid guid = writer.guid();
+  std::array<std::uint8_t, 12> from{};
+  std::copy_n(guid.begin(), 12, from.begin());
+  EntityId id{};
+  std::copy_n(guid.begin() + 12, 4, id.begin());
+  for (const Bytes& hostile :
+       {gap(1, 1ll << 52, id), gap(1, 0, id), heartbeat(1ll << 52, 1ll << 53, 1000, id),
+        heartbeat(0, -1, 1001, id)}) {
+    send(datagram({hostile}, from));
+  }
+  EXPECT_TRUE(std::holds_alternative<Done>(plan()));
+  EXPECT_GE(dropped(), 8u);
+  daemon_.signal(SIGTERM);
+  EXPECT_EQ(daemon_.wait(5s), 0);
+}
+
+}  // namespace
+}  // namespace handover::test
