@@ -21,7 +21,7 @@ const std::string kBin = HANDOVER_BINARY_DIR "/bin/";
 constexpr auto kLook = 5ms;  // at each client, one after the other
 
 // Of a client: for a daemon to show up or come back, and to be answered.
-constexpr int kWaitS = 6, kDeadlineS = 6;
+constexpr int kWaitS = 20, kDeadlineS = 10;
 /// Beyond its own time, on a busy machine; and the most that it is stopped.
 constexpr auto kProgram = 20s;
 
@@ -59,6 +59,9 @@ class Daemon {
     process_->signal(SIGKILL);
     (void)process_->wait(5s);
   }
+
+  /// Waits until it does.
+  bool serves() { return process_->waitForOutput("serving", 60s); }
 
   void signal(int number) const { process_->signal(number); }
 
@@ -161,6 +164,9 @@ class World {
   }
 
   RunReport run(const std::vector<Fault>& faults) {
+    for (const auto& daemon : daemons_) {
+      if (!daemon->serves()) report_.faults.push_back("a daemon does not serve");
+    }
     began_ = Clock::now();
     for (const Fault& fault : faults) later(fault.at, [this, fault] { begin(fault); });
     while (Clock::now() < began_ + settings_.length || !clients_.empty() || !due_.empty()) {

@@ -48,7 +48,7 @@ constexpr Clock::duration kRecovered = 2s;
 
 class PacketMutation : public testing::TestWithParam<int> {
  protected:
-  void SetUp() override { ASSERT_TRUE(daemon_->waitForOutput("serving")); }
+  void SetUp() override { ASSERT_TRUE(daemon_->waitForOutput("serving", 60s)); }
 
   void TearDown() override { close(socket_); }
 

@@ -16,7 +16,6 @@ using test::gap;
 using test::heartbeat;
 using test::statistics;
 using test::submessage;
-using test::submessage;
 
 std::optional<PacketFault> fault(const std::vector<Bytes>& submessages) {
   return packetFault(datagram(submessages));
