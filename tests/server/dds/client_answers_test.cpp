@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <atomic>
 #include <deque>
+#include <mutex>
+#include <set>
 #include <thread>
 
 namespace handover::test {
@@ -268,6 +270,38 @@ TEST_F(ClientAnswers, AreStillThereAfterThousandsOfRequestsAndCancels) {
     ASSERT_TRUE(handle.waitFor(20s)) << i;
     ASSERT_EQ(handle.wait(), Outcome{Cancelled{CancelCause::kAsked}});
   }
+}
+
+TEST_F(ClientAnswers, ComeFromADaemonThatJoinsAfterManyOthers) {
+  std::deque<wire::Participant> others;
+  for (int i = 0; i < 35; ++i) {
+    others.emplace_back(wire::ParticipantOptions{.domain = domain, .name = "other"});
+  }
+  start();
+  Client client({.domain = domain, .client_id = {}, .wait = 20s});
+  EXPECT_TRUE(std::holds_alternative<Done>(client.plan(scripted("answer")).wait()));
+}
+
+TEST_F(ClientAnswers, GoOnWhenTheStatusHasANewWriter) {
+  wire::Participant listening({.domain = domain, .name = "listening", .on_writer = {}});
+  std::mutex mutex;
+  std::set<wire::Guid> writers;
+  const wire::Reader<msg::DaemonStatus> statuses(listening, {}, [&](const auto& sample) {
+    const std::lock_guard lock(mutex);
+    writers.insert(sample.writer);
+  });
+  start({}, {.statuses = 3});
+  Client client({.domain = domain, .client_id = {}, .wait = 20s});
+  const auto until = std::chrono::steady_clock::now() + 20s;
+  const auto seen = [&] {
+    const std::lock_guard lock(mutex);
+    return writers.size();
+  };
+  for (; seen() < 4 && std::chrono::steady_clock::now() < until;) {
+    EXPECT_TRUE(std::holds_alternative<Done>(client.plan(scripted("answer")).wait()));
+    EXPECT_EQ(client.daemons().size(), 1u);
+  }
+  EXPECT_GE(seen(), 4u);
 }
 
 TEST_F(ClientAnswers, OfStatusesComeAtOnce) {
