@@ -6,7 +6,10 @@
 
 #include <handover/client/client.hpp>
 
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -24,6 +27,26 @@ using client::ClientError;
 constexpr AnswerId kOne{1}, kTwo{2};
 
 class ClientAnswers : public WireDaemonTest {};
+
+/// A UDP port that nobody else gets.
+class TakenPort {
+ public:
+  explicit TakenPort(int port) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+  }
+
+  ~TakenPort() { close(socket_); }
+
+  TakenPort(const TakenPort&) = delete;
+  TakenPort& operator=(const TakenPort&) = delete;
+
+ private:
+  const int socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+};
 
 TEST_F(ClientAnswers, AreRejectionsForAnIdThatWasAnswered) {
   start();
@@ -273,10 +296,9 @@ TEST_F(ClientAnswers, AreStillThereAfterThousandsOfRequestsAndCancels) {
 }
 
 TEST_F(ClientAnswers, ComeFromADaemonThatJoinsAfterManyOthers) {
-  std::deque<wire::Participant> others;
-  for (int i = 0; i < 35; ++i) {
-    others.emplace_back(wire::ParticipantOptions{.domain = domain, .name = "other"});
-  }
+  // As many have the first places, which are ports of the machine.
+  std::deque<TakenPort> others;
+  for (int i = 0; i < 35; ++i) others.emplace_back(7410 + 250 * domain + 2 * i);
   start();
   Client client({.domain = domain, .client_id = {}, .wait = 20s});
   EXPECT_TRUE(std::holds_alternative<Done>(client.plan(scripted("answer")).wait()));
