@@ -5,7 +5,6 @@
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 
 #include <algorithm>
-#include <array>
 #include <string_view>
 #include <vector>
 
@@ -246,7 +245,7 @@ class GuardedTransport final : public rtps::ChainingTransport {
                const eprosima::fastrtps::rtps::Locator_t& remote) override {
     if (guard_.fault({data, size})) {
       ++*dropped_;
-    } else if (!tellsOfLeaving({data, size})) {
+    } else {
       next->OnDataReceived(data, size, local, remote);
     }
   }
@@ -281,20 +280,6 @@ std::optional<PacketFault> packetFault(Bytes datagram) {
     }
   });
   return fault || whole ? fault : PacketFault::kLength;
-}
-
-bool tellsOfLeaving(Bytes datagram) {
-  constexpr std::uint8_t kWithData = 4;
-  constexpr std::array<std::uint8_t, 4> kAnnouncer{0, 1, 0, 0xc2};  // RTPS 2.3, 9.3.1.5
-  bool leaves = false;
-  forEachSubmessage(datagram, [&](const Submessage& submessage, bool) {
-    if (submessage.id != kDataId || submessage.content.size() < 12) return;
-    // After flags, offset and the id of the reader; without data: disposed or unregistered.
-    const bool announces =
-        std::equal(kAnnouncer.begin(), kAnnouncer.end(), submessage.content.begin() + 8);
-    leaves = leaves || (announces && (submessage.flags & kWithData) == 0);
-  });
-  return leaves;
 }
 
 std::optional<PacketFault> PacketGuard::fault(Bytes datagram, Clock::time_point now) {

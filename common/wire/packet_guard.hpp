@@ -35,12 +35,6 @@ enum class PacketFault {
 /// library passes over it; encrypted submessages pass as they are.
 std::optional<PacketFault> packetFault(std::span<const std::uint8_t> datagram);
 
-/// True when a participant says in it that it leaves the domain. Not for Fast DDS 2.9.1: it forgets
-/// the participant on the receiving thread, and a timer that looks for its lease at that moment
-/// meets an assertion (one of some hundred clients on a busy machine). Its writers and readers say
-/// themselves that they end; the rest of it is forgotten when its lease is over, by that timer.
-bool tellsOfLeaving(std::span<const std::uint8_t> datagram);
-
 /// Holds a datagram also against what its writers said before: a heartbeat's first sample may not
 /// be far beyond the last first one. Methods are safe from any thread.
 class PacketGuard {
@@ -69,8 +63,7 @@ class PacketGuard {
 /// Counts what guarded transports dropped.
 using DropCounter = std::atomic<std::uint64_t>;
 
-/// The transport of `below` behind a guard that drops datagrams with a fault and counts them, and
-/// those that tell of leaving.
+/// The transport of `below` behind a guard that drops datagrams with a fault and counts them.
 std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> guarded(
     std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> below,
     std::shared_ptr<DropCounter> dropped);

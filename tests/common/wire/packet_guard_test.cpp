@@ -98,20 +98,6 @@ TEST(PacketGuard, StopsHeartbeatsOfImpossibleSamples) {
   EXPECT_EQ(fault({heartbeat((1 << 24) + 1, 1ll << 40)}), PacketFault::kHeartbeat);
 }
 
-TEST(PacketGuard, KnowsWhoLeaves) {
-  const auto from = [](std::uint8_t writer, std::uint8_t flags) {
-    Bytes content(24);
-    content[9] = writer;
-    content[11] = 0xc2;
-    return datagram({kTimestamp, submessage(0x15, content, flags), statistics()});
-  };
-  EXPECT_TRUE(tellsOfLeaving(from(1, 8)));   // with the key
-  EXPECT_TRUE(tellsOfLeaving(from(1, 2)));   // with inline QoS alone
-  EXPECT_FALSE(tellsOfLeaving(from(1, 4)));  // an announcement
-  EXPECT_FALSE(tellsOfLeaving(from(0, 8)));
-  EXPECT_FALSE(tellsOfLeaving(datagram({heartbeat(1, 1), submessage(0x15, Bytes(4))})));
-}
-
 /// A guard at a time of its own, and a writer's heartbeats of first sample 1 to it.
 class PacketGuardOverTime : public testing::Test {
  protected:
