@@ -4,6 +4,7 @@
 #include "runtime/memory.hpp"
 #include "runtime/request_log.hpp"
 #include "runtime/thread_name.hpp"
+#include "settings/yaml_reader.hpp"
 
 #include <handover/common/check.hpp>
 #include <handover/common/log.hpp>
@@ -29,6 +30,15 @@ Failed failed(FailureReason reason, std::string filter, const std::string& text)
   outcome.explanation.filter = std::move(filter);
   outcome.explanation.text = text.substr(0, bounds::kText);
   return outcome;
+}
+
+/// What any daemon that is there serves.
+std::vector<CellInfo> cellsOfAll(const ServedCells& served, const Endpoint& endpoint) {
+  std::vector<CellInfo> cells = served.infos;
+  for (const DaemonStatus& other : endpoint.others()) {
+    cells.insert(cells.end(), other.cells.begin(), other.cells.end());
+  }
+  return cells;
 }
 
 }  // namespace
@@ -224,7 +234,8 @@ bool Runtime::onRequest(const PlanRequest& request) {
   auto stream = std::make_shared<Stream>(endpoint_, request, served, settings_.deadline_s);
   if (where == CellRoute::kNobodys) {
     reject(stream, RejectionReason::kUnknownCell,
-           {{"cell", "no daemon serves a cell named '" + request.cell + "'"}});
+           {{"cell", "no daemon serves a cell named '" + request.cell + "'" +
+                         nearestNamed(cellsOfAll(*served, endpoint_), request.cell)}});
     return true;
   }
   std::uint32_t ahead = 0;
@@ -367,7 +378,13 @@ void Runtime::expireQueued() {
     late = extract([](const StreamPtr& stream) { return stream->deadline.over(); });
   }
   for (const auto& stream : late) {
-    finish(stream, failed(FailureReason::kDeadline, "queue", "The deadline passed in the queue."));
+    // A cancel may have come while it was in no queue.
+    if (stream->deadline.state() == Deadline::State::kCancelled) {
+      finish(stream, Cancelled{});
+    } else {
+      finish(stream,
+             failed(FailureReason::kDeadline, "queue", "The deadline passed in the queue."));
+    }
   }
 }
 
