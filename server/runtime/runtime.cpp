@@ -218,7 +218,7 @@ std::string Runtime::admit(const StreamPtr& stream, std::uint32_t& ahead) {
   if (std::string why_not = accounts_.refusal(client, Clock::now()); !why_not.empty()) {
     return why_not;
   }
-  ahead = static_cast<std::uint32_t>(queue_.size()) + running_;
+  ahead = static_cast<std::uint32_t>(queue_.ahead(client)) + running_;
   stream->place = counters_.accepted++;
   open_[stream->request.id] = stream;
   return "";
@@ -265,6 +265,10 @@ bool Runtime::onRequest(const PlanRequest& request) {
 
 bool Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id,
                                const std::vector<Fault>& faults) {
+  // One daemon of the domain says so: that of lowest id.
+  for (const DaemonStatus& other : endpoint_.others()) {
+    if (other.id < settings_.id) return false;
+  }
   PlanRequest request;
   request.id = id;
   request.client_id = client_id;

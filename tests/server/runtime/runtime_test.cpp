@@ -300,6 +300,8 @@ TEST_F(RuntimeTest, AClientTakesTurnsWithOneThatHasManyRequests) {
   EXPECT_TRUE(is<Done>(endpoint.outcome(other.id)));
   for (const auto& r : many) EXPECT_TRUE(is<Done>(endpoint.outcome(r.id)));
   EXPECT_EQ(service.order.at(1), other.id);  // next after the one that ran as it came
+  EXPECT_EQ(std::get<Accepted>(endpoint.events(other.id).at(0).payload).queue_place, 1u);
+  EXPECT_EQ(std::get<Accepted>(endpoint.events(many[19].id).at(0).payload).queue_place, 20u);
 }
 
 TEST_F(RuntimeTest, AClientsWaitingRequestsAreLimitedAndItIsToldSo) {
@@ -451,6 +453,19 @@ TEST_F(RuntimeTest, RejectsInvalidRequestsWithEveryFault) {
   const auto outcome = endpoint.outcome(id);
   ASSERT_TRUE(is<Rejected>(outcome));
   EXPECT_EQ(std::get<Rejected>(*outcome), (Rejected{RejectionReason::kBadRequest, faults}));
+}
+
+TEST_F(RuntimeTest, LeavesInvalidRequestsToTheLowestId) {
+  start();
+  const RequestId first = RequestId::random(), second = RequestId::random();
+  endpoint.announceOther({.id = {10}});
+  endpoint.sendInvalid(first, "test", {{"a", "x"}});
+  EXPECT_TRUE(is<Rejected>(endpoint.outcome(first)));
+  endpoint.announceOther({.id = {1}});
+  endpoint.sendInvalid(second, "test", {{"a", "x"}});
+  const auto ours = send(request());
+  EXPECT_TRUE(is<Done>(endpoint.outcome(ours.id)));
+  EXPECT_TRUE(endpoint.events(second).empty());
 }
 
 TEST_F(RuntimeTest, ALineTellsWhatARequestAskedAndHowItEnded) {
