@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/planning/stage_timing.hpp"
 
+#include "core/motion/through_timing.hpp"
 #include "core/planning/timed_motion.hpp"
 
 #include <algorithm>
@@ -13,6 +14,8 @@ namespace handover {
 namespace {
 
 constexpr std::array<double, 3> kBlends{0.05, 0.01, 0.001};  // corner deviations tried [rad]
+// Of the straight ways to and from the object, kept to by curves that leave the polyline.
+constexpr std::array<double, 3> kLineShares{0.4, 0.7, 1};
 
 /// Of a way, by its length.
 struct Part {
@@ -110,6 +113,7 @@ class BlockTimer {
 
   std::variant<std::vector<TimedStage>, MotionFailure> time() {
     if (stages_.front().dofs.empty()) return std::vector<TimedStage>{timeSuction()};
+    if (auto timed = timeThrough()) return std::move(*timed);
     for (const Part& part : kFingerParts) {
       finger_part_ = part;
       if (auto timed = timeAll()) return std::move(*timed);
@@ -197,7 +201,78 @@ class BlockTimer {
     const std::vector<DofId> dofs = dofsOf(stages_.front(), has_fingers_);
     const auto joined =
         parameterizeJoined(lines, limitsOf(*stages_.front().mover->model, dofs), settingsOf(blend));
-    if (!joined) return std::nullopt;
+    return joined ? cutAll(*joined, dofs) : std::nullopt;
+  }
+
+  /// Curves that keep to the lines alone, or to the part of them next to the object: the quickest
+  /// that is free.
+  std::optional<std::vector<TimedStage>> timeThrough() {
+    std::vector<MovementPart> parts;
+    std::optional<JointsAside> aside;
+    int free = 0;
+    for (const StagePath& stage : stages_) {
+      const StageType type = typeOf(stage.stage.action);
+      if (type == StageType::kFree) ++free;
+      if (stage.fingers && stage.fingers->from != stage.fingers->to) {
+        aside = {parts.size(), stage.fingers->from, stage.fingers->to};
+      }
+      parts.push_back({stage.waypoints, type == StageType::kLinear});
+    }
+    const bool straight = parts.size() == 1 && parts.front().waypoints.size() < 3;
+    if (free != 1 || straight) return std::nullopt;
+    const std::vector<DofId> dofs = dofsOf(stages_.front(), aside.has_value());
+    const TimingLimits limits = limitsOf(*stages_.front().mover->model, dofs);
+    std::vector<ThroughMovement> movements;
+    for (const double share : kLineShares) {
+      const std::vector<MovementPart> shorter = shortened(parts, share);
+      for (const bool direct : {true, false}) {
+        const std::vector<MovementPart> tried = direct ? withoutWaypoints(shorter) : shorter;
+        if (!direct && tried == withoutWaypoints(shorter)) continue;
+        ThroughMovement movement(tried, aside, limits, kBlends[0], 1);
+        if (movement.found()) movements.push_back(std::move(movement));
+      }
+      if (parts.size() == 1) break;
+    }
+    std::stable_sort(movements.begin(), movements.end(), [](const auto& a, const auto& b) {
+      return a.duration() < b.duration();
+    });
+    for (const ThroughMovement& movement : movements) {
+      if (auto timed = cutAll(movement.timing(settingsOf(kBlends[0])), dofs)) return timed;
+    }
+    return std::nullopt;
+  }
+
+  /// The lines cut to their share next to the object; the free part takes up where they now end.
+  static std::vector<MovementPart> shortened(std::vector<MovementPart> parts, double share) {
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (!parts[i].line) continue;
+      std::vector<Eigen::VectorXd>& line = parts[i].waypoints;
+      const auto kept = std::max<std::size_t>(
+          2, static_cast<std::size_t>(std::lround(share * static_cast<double>(line.size()))));
+      if (kept >= line.size()) continue;
+      if (i + 1 < parts.size() && !parts[i + 1].line) {
+        line.resize(kept);
+        parts[i + 1].waypoints.front() = line.back();
+      } else {
+        line.erase(line.begin(), line.end() - static_cast<std::ptrdiff_t>(kept));
+        parts[i - 1].waypoints.back() = line.front();
+      }
+    }
+    return parts;
+  }
+
+  /// Often the waypoints of a free part are needed by the polyline alone.
+  static std::vector<MovementPart> withoutWaypoints(std::vector<MovementPart> parts) {
+    for (MovementPart& part : parts) {
+      if (!part.line) part.waypoints = {part.waypoints.front(), part.waypoints.back()};
+    }
+    return parts;
+  }
+
+  /// A joined curve as stages; nullopt where one of them may not be so.
+  std::optional<std::vector<TimedStage>> cutAll(const JoinedTiming& joined_curve,
+                                                const std::vector<DofId>& dofs) {
+    const JoinedTiming* joined = &joined_curve;
     std::vector<TimedStage> timed;
     std::size_t first = 0;
     for (std::size_t i = 0; i < stages_.size(); ++i) {
