@@ -136,7 +136,8 @@ TransportPlan assemblePlan(const TransportProblem& problem, CollisionContext& co
   for (const HolderPath& holder : path.holders) plan.solution.holders.push_back(holderOf(holder));
   for (const Pose& X_WH : path.X_WH) plan.solution.X_WO_handovers.push_back(toValue(X_WH));
   plan.solution.stage_count = static_cast<std::uint32_t>(timed.size());
-  plan.solution.cost = -path.holders.back().dexterity.give;
+  plan.solution.quality = Quality{};  // DEV
+  for (std::size_t i = 0; i < timed.size(); ++i) plan.solution.quality->duration_s = std::max(plan.solution.quality->duration_s, schedule[i].start + timed[i].path.duration());  // DEV
 
   const bool held = problem.task.held_by.has_value();
   PlanTimes times = timesOf(timed, schedule, path.holders.size());

@@ -50,6 +50,31 @@ struct PruneEffort {
   bool operator==(const PruneEffort&) const = default;
 };
 
+/// Mode best: how long it goes on after the first plan, in counts.
+struct ImprovementSettings {
+  std::uint32_t looks = 4'000;  ///< candidates asked whether both arms reach them, per round
+  std::uint32_t poses = 24;     ///< of these, whose grasps are pruned
+  std::uint32_t plans = 9;      ///< tuples whose motions are sought
+  std::size_t per_pose = 2;     ///< of one pose
+  int rounds = 2;               ///< the first anywhere, the others near the best so far
+  double near = 0.15;           ///< [m]
+  std::size_t places = 3;       ///< configurations of a grasp at the goal
+  std::uint32_t rrt_iterations = 150;  ///< of trees, which take the most time
+};
+
+/// What a second is worth (design §7, Objective): `balanced` adds these to a plan's duration.
+struct CostWeights {
+  double clearance = 3;              ///< [s] of each kind, at none; from `wide` on 0
+  double wide = 0.020;               ///< [m]
+  double grip = 4;                   ///< [s] of the weaker one at none, from `firm` of its set's best on 0
+  double firm = 0.5;
+  double turn = 0.5;                 ///< [s] per quarter turn of the object beyond the least
+  double limit = 2;                  ///< [s] of a joint at its limit, from `margin` of its range on 0
+  double margin = 0.05;
+  double dexterous = 0.8;            ///< of the best placing's manipulability; below that: `clumsy`
+  double clumsy = 1000;              ///< [s]
+};
+
 struct SearchSettings {
   FreeMotionSettings free_motion;
   LinearMotionSettings linear_motion;
@@ -106,6 +131,10 @@ struct SearchSettings {
   std::uint32_t most_inner_poses = 3'000;  ///< of a chain; up to 2,445 were needed
   std::uint32_t inner_failures = 2;
   std::size_t most_auto_holders = 4;  ///< design §1
+  /// What is found for one tuple depends on it alone, whatever was tried before.
+  bool independent = false;
+  ImprovementSettings improvement;
+  CostWeights cost;
 };
 
 }  // namespace handover

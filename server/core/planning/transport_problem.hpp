@@ -32,6 +32,7 @@ struct TransportProblem {
   std::vector<RobotResources> resources;  ///< per robot of the scene
   SearchMode mode = SearchMode::kBest;
   SearchWidth search = SearchWidth::kWide;
+  Objective objective = Objective::kDexterity;
   std::uint64_t seed = 1;
   double speed_scale = 1.0;
   SearchSettings settings;
