@@ -2,6 +2,7 @@
 #include "core/motion/least_time.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -13,9 +14,9 @@ using Eigen::Index;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kRounding = 1e-9;  // of limits, and of times
 // Between the least time and longer ones a joint that comes or leaves in motion may have times at
-// which it cannot arrive: so many longer ones are tried, each by so much.
-constexpr int kLonger = 12;
-constexpr double kLongerBy = 1.04;
+// which it cannot arrive, and coasting takes a little: these shares of the least time are tried.
+constexpr std::array<double, 12> kLonger{1,    1.0003, 1.001, 1.003, 1.01, 1.03,
+                                         1.06, 1.1,    1.15,  1.22,  1.3,  1.4};
 
 double square(double x) { return x * x; }
 
@@ -63,38 +64,45 @@ double LeastTimeMotion::Ramp::velocityAt(double t) const {
   return v + a * std::min(t, speed_up) - a * std::max(0.0, t - slow_down);
 }
 
-/// With the least acceleration that arrives at `time`.
-std::optional<LeastTimeMotion::Ramp> LeastTimeMotion::ramp(double q, double v, double q_to,
-                                                           double v_to, double time, double most_v,
-                                                           double most_a) {
+/// With the least acceleration that arrives at `time`, coasting for `coast` at least in between.
+std::optional<LeastTimeMotion::Ramp> LeastTimeMotion::ramp(const JointEnds& ends, double time,
+                                                           const JointLimits& limits) {
+  const auto& [q, v, q_to, v_to] = ends;
   const double way = q_to - q, change = v_to - v;
   if (time <= 0) {
     if (std::abs(way) > kRounding || std::abs(change) > kRounding) return std::nullopt;
     return Ramp{q, v, 0, 0, 0};
   }
-  const double b = 2 * time * (v + v_to) - 4 * way;
-  if (std::abs(change) <= 1e-12 && std::abs(b) <= 1e-12) return Ramp{q, v, 0, time, time};
+  if (std::abs(change) <= 1e-12 && std::abs(way - v * time) <= 1e-12) {
+    return Ramp{q, v, 0, time, time};
+  }
   std::optional<Ramp> best;
   const auto offer = [&](double a, double speed_up, double slow_down) {
-    if (std::abs(a) > most_a * (1 + kRounding)) return;
+    if (std::abs(a) > limits.acceleration * (1 + kRounding)) return;
     if (!best || std::abs(a) < std::abs(best->a)) best = Ramp{q, v, a, speed_up, slow_down};
   };
-  const double root = std::sqrt(square(b) + 4 * square(time * change));
+  // a^2 s (s + 2 coast) + a b - change^2 = 0, where s is the time not coasted.
+  const double coast = std::min(limits.acceleration / limits.jerk, 0.5 * time);
+  const double s = time - coast, square_term = s * (s + 2 * coast);
+  const double b = 2 * (s + coast) * (v + v_to) - 4 * way;
+  const double root = std::sqrt(square(b) + 4 * square_term * square(change));
   for (const double side : {1.0, -1.0}) {
-    const double a = (side * root - b) / (2 * square(time));
-    if (a == 0 || (change == 0 && std::abs(a) < 1e-15)) continue;
-    const double turn = 0.5 * (time + change / a);
-    if (turn < -kRounding * time || turn > time * (1 + kRounding)) continue;
-    if (std::abs(v + a * turn) > most_v * (1 + kRounding)) continue;
-    offer(a, std::clamp(turn, 0.0, time), std::clamp(turn, 0.0, time));
+    const double a = (side * root - b) / (2 * square_term);
+    if (std::abs(a) < 1e-15) continue;
+    const double turn = 0.5 * (s + change / a);
+    if (turn < -kRounding * time || turn > s * (1 + kRounding)) continue;
+    if (std::abs(v + a * turn) > limits.velocity * (1 + kRounding)) continue;
+    const double speed_up = std::clamp(turn, 0.0, s);
+    offer(a, speed_up, speed_up + coast);
   }
-  for (const double coast : {most_v, -most_v}) {
-    const double left = 2 * (coast * time - way);
-    const double a = (square(coast - v) + square(coast - v_to)) / left;
-    if (!(a * coast > 0)) continue;
-    const double up = (coast - v) / a, down = (coast - v_to) / a;
+  for (const double speed : {limits.velocity, -limits.velocity}) {
+    const double left = 2 * (speed * time - way);
+    const double a = (square(speed - v) + square(speed - v_to)) / left;
+    if (!(a * speed > 0)) continue;
+    const double up = (speed - v) / a, down = (speed - v_to) / a;
     if (up < -kRounding || down < -kRounding || up + down > time * (1 + kRounding)) continue;
-    offer(a, std::clamp(up, 0.0, time), std::clamp(time - down, std::clamp(up, 0.0, time), time));
+    const double speed_up = std::clamp(up, 0.0, time);
+    offer(a, speed_up, std::clamp(time - down, speed_up, time));
   }
   return best;
 }
@@ -116,17 +124,17 @@ std::optional<LeastTimeMotion> LeastTimeMotion::between(const MotionState& from,
                                                         const MotionState& to,
                                                         const TimingLimits& limits,
                                                         double least) {
-  double time = std::max(least, leastTime(from, to, limits));
-  if (!(time < kNever)) return std::nullopt;
+  const double quickest = std::max(least, leastTime(from, to, limits));
+  if (!(quickest < kNever)) return std::nullopt;
   const Index dof = from.q.size();
   LeastTimeMotion motion;
-  for (int round = 0; round < kLonger; ++round, time *= kLongerBy) {
+  for (const double longer : kLonger) {
     motion.ramps_.clear();
-    motion.duration_ = time;
+    motion.duration_ = longer * quickest;
     for (Index j = 0; j < dof; ++j) {
-      const auto found = ramp(from.q[j], from.qd[j], to.q[j], to.qd[j], time, limits.velocity[j],
-                              limits.acceleration[j]);
-      if (!found || !keeps(*found, time, limits.lower[j], limits.upper[j])) break;
+      const auto found = ramp({from.q[j], from.qd[j], to.q[j], to.qd[j]}, motion.duration_,
+                              {limits.velocity[j], limits.acceleration[j], limits.jerk[j]});
+      if (!found || !keeps(*found, motion.duration_, limits.lower[j], limits.upper[j])) break;
       motion.ramps_.push_back(*found);
     }
     if (motion.ramps_.size() == static_cast<std::size_t>(dof)) return motion;

@@ -19,7 +19,8 @@ struct MotionState {
 class LeastTimeMotion {
  public:
   /// The quickest motion in which every joint gets by with the least acceleration for the common
-  /// time, at least `least` [s]. nullopt: none was found that keeps lower/upper and the limits of velocity and
+  /// time and does not reverse it at once: there is time to build it down (jerk) in between;
+  /// `least` [s] at least. nullopt: none was found that keeps lower/upper and the limits of velocity and
   /// acceleration. @pre sizes agree; the states' velocities are within their limits.
   static std::optional<LeastTimeMotion> between(const MotionState& from, const MotionState& to,
                                                 const TimingLimits& limits, double least = 0);
@@ -38,8 +39,15 @@ class LeastTimeMotion {
     double velocityAt(double t) const;
   };
 
-  static std::optional<Ramp> ramp(double q, double v, double q_to, double v_to, double time,
-                                  double most_v, double most_a);
+  struct JointEnds {
+    double q, v, q_to, v_to;
+  };
+
+  struct JointLimits {
+    double velocity, acceleration, jerk;
+  };
+
+  static std::optional<Ramp> ramp(const JointEnds& ends, double time, const JointLimits& limits);
   static bool keeps(const Ramp& ramp, double time, double lower, double upper);
 
   std::vector<Ramp> ramps_;

@@ -49,6 +49,8 @@ class LinePass {
     if (from_rest) at += corners.back().at;
     path_ = cutIntoCells(line, corners);
     profile_.emplace(path_, limits);
+    // Acceleration that is reversed at once would ask for twice the window all along the movement.
+    profile_->flattenPeaks(profile_->buildUp(limits));
     met_ = profile_->timeAt(at);
     velocity_ = profile_->speedAt(at) * (from_rest ? out : VectorXd(-out));
   }

@@ -16,6 +16,7 @@ namespace {
 constexpr std::array<double, 3> kBlends{0.05, 0.01, 0.001};  // corner deviations tried [rad]
 // Of the straight ways to and from the object, kept to by curves that leave the polyline.
 constexpr std::array<double, 3> kLineShares{0.4, 0.7, 1};
+constexpr std::array<double, 5> kPulls{1, 0.75, 0.5, 0.25, 0};  // of waypoints, tried
 
 /// Of a way, by its length.
 struct Part {
@@ -225,11 +226,10 @@ class BlockTimer {
     std::vector<ThroughMovement> movements;
     for (const double share : kLineShares) {
       const std::vector<MovementPart> shorter = shortened(parts, share);
-      for (const bool direct : {true, false}) {
-        const std::vector<MovementPart> tried = direct ? withoutWaypoints(shorter) : shorter;
-        if (!direct && tried == withoutWaypoints(shorter)) continue;
-        ThroughMovement movement(tried, aside, limits, kBlends[0], 1);
+      for (const double pull : kPulls) {
+        ThroughMovement movement(pulled(shorter, pull), aside, limits, kBlends[0], 1);
         if (movement.found()) movements.push_back(std::move(movement));
+        if (!hasWaypoints(shorter)) break;
       }
       if (parts.size() == 1) break;
     }
@@ -261,10 +261,28 @@ class BlockTimer {
     return parts;
   }
 
-  /// Often the waypoints of a free part are needed by the polyline alone.
-  static std::vector<MovementPart> withoutWaypoints(std::vector<MovementPart> parts) {
+  static bool hasWaypoints(const std::vector<MovementPart>& parts) {
+    return std::any_of(parts.begin(), parts.end(), [](const MovementPart& part) {
+      return !part.line && part.waypoints.size() > 2;
+    });
+  }
+
+  /// The waypoints of the free part nearer by a share to the straight way between its ends; at 1
+  /// left out: often only the polyline needs them.
+  static std::vector<MovementPart> pulled(std::vector<MovementPart> parts, double share) {
     for (MovementPart& part : parts) {
-      if (!part.line) part.waypoints = {part.waypoints.front(), part.waypoints.back()};
+      if (part.line) continue;
+      std::vector<Eigen::VectorXd>& points = part.waypoints;
+      const Eigen::VectorXd from = points.front(), way = points.back() - from;
+      if (share >= 1 || way.squaredNorm() == 0) {
+        points = {from, points.back()};
+        continue;
+      }
+      for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+        const double along =
+            std::clamp((points[i] - from).dot(way) / way.squaredNorm(), 0.0, 1.0);
+        points[i] += share * (from + along * way - points[i]);
+      }
     }
     return parts;
   }
