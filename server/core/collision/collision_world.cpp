@@ -131,6 +131,9 @@ double squaredGap(const Aabb& a, const Aabb& b) {
   return gap.squaredNorm();
 }
 
+/// What of a clearance two boxes with their margins do not hold.
+double beyondMargins(double clearance) { return std::max(0.0, clearance - 2 * kCollisionMargin); }
+
 double squaredMiddles(const Aabb& a, const Aabb& b) {
   return 0.25 * (a.lower + a.upper - b.lower - b.upper).squaredNorm();
 }
@@ -210,7 +213,7 @@ struct CollisionWorld::Data {
 
   Pose shapePose(BodyId body, int index) const { return poses[body] * shape(index).X_BS; }
 
-  /// Nearer than `gap`, two margins at most.
+  /// Nearer than `gap`.
   bool bodiesTouch(BodyId a, BodyId b, double gap = 2 * kCollisionMargin) const;
   Nearness bodiesNearness(BodyId a, BodyId b, const PairMotion& motion,
                           const Clearance& clearance) const;
@@ -219,9 +222,10 @@ struct CollisionWorld::Data {
 };
 
 bool CollisionWorld::Data::bodiesTouch(BodyId a, BodyId b, double gap) const {
+  const double beyond = beyondMargins(gap);
   for (int i = firstShape(a); i < endShape(a); ++i) {
     for (int j = firstShape(b); j < endShape(b); ++j) {
-      if (!overlap(shapeBox(i), shapeBox(j))) continue;
+      if (squaredGap(shapeBox(i), shapeBox(j)) > beyond * beyond) continue;
       if (touching(shape(i).narrow, shapePose(a, i), shape(j).narrow, shapePose(b, j), gap)) {
         return true;
       }
@@ -233,10 +237,11 @@ bool CollisionWorld::Data::bodiesTouch(BodyId a, BodyId b, double gap) const {
 Nearness CollisionWorld::Data::bodiesNearness(BodyId a, BodyId b, const PairMotion& motion,
                                               const Clearance& clearance) const {
   Nearness nearest = Nearness::kApart;
+  const double reach = motion.most + beyondMargins(clearance.looked);
   for (int i = firstShape(a); i < endShape(a); ++i) {
     for (int j = firstShape(b); j < endShape(b); ++j) {
       const double squared_gap = squaredGap(shapeBox(i), shapeBox(j));
-      if (squared_gap > motion.most * motion.most) continue;
+      if (squared_gap > reach * reach) continue;
       // Apart as they stand; so near, measured by the travel, that a proof is out of the question.
       if (squared_gap > 0 &&
           squaredMiddles(shapeBox(i), shapeBox(j)) <= motion.beyond * motion.beyond) {
@@ -389,8 +394,8 @@ std::optional<BodyPair> CollisionWorld::touchingPair(const PairList& pairs,
 bool CollisionWorld::staysFree(const PairList& pairs, const PairList::Row* rows, std::size_t count,
                                const BodyTravel& travel, const Clearance& clearance,
                                std::vector<PairList::Row>& undecided, BodyContact* hit) {
-  // The boxes hold both margins, which make up for the clearance: apart by the travel is enough.
-  static_assert(kPlannedClearance.looked <= 2 * kCollisionMargin);
+  // The boxes hold both margins, which make up for as much of the clearance.
+  const double beyond = beyondMargins(clearance.looked);
   FloatBox whole;
   bool far = false;
   for (std::size_t r = 0; r < count; ++r) {
@@ -408,6 +413,7 @@ bool CollisionWorld::staysFree(const PairList& pairs, const PairList::Row* rows,
       for (; wanted != 0; wanted &= wanted - 1) {
         const auto i = static_cast<std::size_t>(std::countr_zero(wanted));
         FloatBox box = data_->body_boxes[movers[i]];
+        if (beyond > 0) box.grow(beyond);
         data_->mover_boxes.set(i, box);
         const double way = travel.of(movers[i]);
         box.grow(way);

@@ -37,7 +37,7 @@ struct ShapeDistance {
 
 /// True when the shapes are nearer than `gap` [m], margins taken off; by default when their margins
 /// touch, and that is Bullet's to say where it is not certain. A function of the two poses alone,
-/// so that verdicts never depend on what was asked before. @pre 0 < gap <= 2 * kCollisionMargin.
+/// so that verdicts never depend on what was asked before. @pre 0 < gap.
 bool touching(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
               double gap = 2 * kCollisionMargin);
 
@@ -46,7 +46,7 @@ bool touching(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, cons
 /// `looked` as they stand; or not even that.
 enum class Nearness { kApart, kNear, kTouching };
 
-/// @pre 0 <= proven <= looked <= 2 * kCollisionMargin.
+/// @pre 0 <= proven <= looked.
 Nearness nearness(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
                   const PairMotion& motion, double looked, double proven);
 

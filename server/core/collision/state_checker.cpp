@@ -75,7 +75,7 @@ void addBalls(const CollisionScene::Data& scene, const MovingBody& body, std::ve
 
 StateCheckerSetup::StateCheckerSetup(const CollisionScene& scene, RobotId moving_robot,
                                      std::vector<DofId> moving_dofs)
-    : robot(moving_robot), dofs(std::move(moving_dofs)), allowed(scene.bodies()) {
+    : robot(moving_robot), dofs(std::move(moving_dofs)), allowed(scene.bodies()), close(scene.bodies()) {
   for (const SceneRobot& it : scene.data().robots) q.push_back(it.q_start);
   for (const ScenePlacement& it : scene.data().objects) X_WO.push_back(it.X_WO);
 }
@@ -115,6 +115,16 @@ void StateChecker::compile() {
   }
   pairs_ = world_->makePairs(moving_, setup_.allowed, body_groups);
   if (setup_.tool_link.valid()) divide();
+  divideByClearance();
+}
+
+void StateChecker::divideByClearance() {
+  std::vector<std::pair<BodyId, BodyId>> close, wide;
+  for (const auto& pair : pairs_.pairs()) {
+    (setup_.close.contains(pair.first, pair.second) ? close : wide).push_back(pair);
+  }
+  close_pairs_ = PairList(std::move(close));
+  wide_pairs_ = PairList(std::move(wide));
 }
 
 void StateChecker::divide() {
@@ -266,8 +276,13 @@ std::optional<BodyContact> StateChecker::hit(const Eigen::Ref<const Eigen::Vecto
 
 bool StateChecker::freeAlong(const JointMotion& motion, double from, double to,
                              const Clearance& clearance, BodyContact* hit) {
+  return freeAlong(pairs_, motion, from, to, clearance, hit);
+}
+
+bool StateChecker::freeAlong(const PairList& pairs, const JointMotion& motion, double from,
+                             double to, const Clearance& clearance, BodyContact* hit) {
   movingBodies();
-  const bool free = proof_.free(*world_, pairs_, groups_, moving_bodies_, moving_index_, motion,
+  const bool free = proof_.free(*world_, pairs, groups_, moving_bodies_, moving_index_, motion,
                                 from, to, clearance, hit);
   seen_changes_ = world_->changes();
   return free;
@@ -276,6 +291,13 @@ bool StateChecker::freeAlong(const JointMotion& motion, double from, double to,
 bool StateChecker::isMotionFree(const JointMotion& motion, double from, double to,
                                 const Clearance& clearance) {
   return freeAlong(motion, from, to, clearance, nullptr);
+}
+
+bool StateChecker::isMotionFree(const JointMotion& motion, const Clearance& clearance,
+                                const std::optional<Clearance>& wide) {
+  if (!wide) return freeAlong(motion, 0, 1, clearance, nullptr);
+  return freeAlong(wide_pairs_, motion, 0, 1, *wide, nullptr) &&
+         freeAlong(close_pairs_, motion, 0, 1, clearance, nullptr);
 }
 
 std::optional<BodyContact> StateChecker::hitAlong(const JointMotion& motion, double from, double to,

@@ -19,6 +19,7 @@ namespace {
 TransportProblem independent(TransportProblem problem) {
   SearchSettings& settings = problem.settings;
   settings.independent = true;
+  settings.free_motion.skins = settings.improvement.skins;
   settings.free_motion.rrt_iterations = settings.improvement.rrt_iterations;
   settings.free_motion.patient_trees = std::numeric_limits<std::uint32_t>::max();
   return problem;

@@ -8,11 +8,17 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace handover {
 
+/// Clearances of free motions to all that is not close by nature [m], the first that gives one.
+/// From none on, that of every motion is enough.
+using Skins = std::vector<double>;
+
 /// Paths of arms that are not straight lines of the tool.
 struct FreeMotionSettings {
+  Skins skins;
   std::uint32_t rrt_iterations = 1000;  ///< 600 left 3 of 400 draws without a path, 2000 none more
   /// Once so many trees of a request have failed, the next get fewer iterations: nine of ten
   /// requests that are solved at all have seen fewer fail. To go on falling lost 2 of 100 draws.
@@ -60,6 +66,7 @@ struct ImprovementSettings {
   double near = 0.15;           ///< [m]
   std::size_t places = 3;       ///< configurations of a grasp at the goal
   std::uint32_t rrt_iterations = 150;  ///< of trees, which take the most time
+  Skins skins{0.022, 0.012, 0.006};    ///< a little more than what is asked of a plan
 };
 
 /// What a second is worth (design §7, Objective): `balanced` adds these to a plan's duration.

@@ -236,10 +236,49 @@ class BlockTimer {
     std::stable_sort(movements.begin(), movements.end(), [](const auto& a, const auto& b) {
       return a.duration() < b.duration();
     });
+    return cheapest(movements, dofs);
+  }
+
+  /// Of movements, the quickest first, the one that is worth most with what it keeps clear of.
+  std::optional<std::vector<TimedStage>> cheapest(const std::vector<ThroughMovement>& movements,
+                                                  const std::vector<DofId>& dofs) {
+    std::optional<std::vector<TimedStage>> best;
+    double least = std::numeric_limits<double>::infinity();
     for (const ThroughMovement& movement : movements) {
-      if (auto timed = cutAll(movement.timing(settingsOf(kBlends[0])), dofs)) return timed;
+      if (movement.duration() >= least) break;
+      auto timed = cutAll(movement.timing(settingsOf(kBlends[0])), dofs);
+      if (!timed) continue;
+      const double cost = movement.duration() + priceOf(*timed);
+      if (cost >= least) continue;
+      least = cost;
+      best = std::move(timed);
     }
-    return std::nullopt;
+    return best;
+  }
+
+  /// [s] that what free stages pass closely is worth.
+  double priceOf(const std::vector<TimedStage>& timed) {
+    const CostWeights& weights = problem_.settings.cost;
+    double price = 0;
+    for (const TimedStage& stage : timed) {
+      if (typeOf(stage.stage->stage.action) != StageType::kFree) continue;
+      price = std::max(price, weights.clearance * (1 - std::min(1.0, skinOf(stage) / weights.wide)));
+    }
+    return price;
+  }
+
+  /// The widest skin that a stage keeps; none asked for: enough.
+  double skinOf(const TimedStage& timed) {
+    const StagePath& stage = *timed.stage;
+    const Skins& skins = problem_.settings.free_motion.skins;
+    if (skins.empty()) return problem_.settings.cost.wide;
+    StateChecker checker =
+        context_.make(stage.state, *stage.mover, timed.dofs, allowedContacts(stage.stage));
+    const TimedMotion motion(timed.path);
+    for (const double skin : skins) {
+      if (checker.isMotionFree(motion, kTimedClearance, skinClearance(skin))) return skin;
+    }
+    return 0;
   }
 
   /// The lines cut to their share next to the object; the free part takes up where they now end.
