@@ -170,7 +170,9 @@ class ThroughMovement::Impl {
       : arm_(parts.front().waypoints.front().size()),
         limits_(limits),
         arm_limits_(headOf(limits, arm_)),
-        aside_(aside) {
+        aside_(aside),
+        first_(parts.front().waypoints.front()),
+        last_(parts.back().waypoints.back()) {
     for (std::size_t i = 0; i < parts.size(); ++i) {
       if (!parts[i].line) free_ = i;
     }
@@ -200,6 +202,13 @@ class ThroughMovement::Impl {
       if (!aside_) continue;
       asideAt(t, q_aside);
       samples.col(k).tail(dof - arm_) = q_aside;
+    }
+    // To the bit.
+    samples.col(0).head(arm_) = first_;
+    samples.col(steps).head(arm_) = last_;
+    if (aside_) {
+      samples.col(0).tail(dof - arm_) = aside_->from;
+      samples.col(steps).tail(dof - arm_) = aside_->to;
     }
     return samples;
   }
@@ -323,6 +332,7 @@ class ThroughMovement::Impl {
   Index arm_;
   TimingLimits limits_, arm_limits_;
   std::optional<JointsAside> aside_;
+  VectorXd first_, last_;
   std::size_t free_ = 0;  ///< the free part
   std::unique_ptr<LinePass> before_, after_;
   std::vector<LeastTimeMotion> free_motions_;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::array<double, 3> kBlends{0.05, 0.01, 0.001};  // corner deviations tried [rad]
 // Of the straight ways to and from the object, kept to by curves that leave the polyline.
-constexpr std::array<double, 3> kLineShares{0.4, 0.7, 1};
+constexpr std::array<double, 4> kLineShares{0.2, 0.4, 0.7, 1};
 constexpr std::array<double, 5> kPulls{1, 0.75, 0.5, 0.25, 0};  // of waypoints, tried
 
 /// Of a way, by its length.
