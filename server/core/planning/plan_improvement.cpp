@@ -46,15 +46,18 @@ class PlanImprover {
     best_cost_ = state.plan->solution.cost;
   }
 
-  std::uint32_t improve() {
+  /// Calls take(plan, tuple) for every plan that is found, of `plans` tuples a round.
+  template <typename Take>
+  void search(std::size_t plans, const Take& take) {
     for (int round = 0; round < settings_.rounds && !state_.over(); ++round) {
       pool_.clear();
       if (holders() == 1) gatherSingles();
       for (std::size_t k = 0; k + 1 < holders() && !state_.over(); ++k) gather(k, round);
-      evaluatePool();
+      evaluatePool(plans, take);
     }
-    return index_;
   }
+
+  double bestCost() const { return best_cost_; }
 
  private:
   struct Candidate {
@@ -192,35 +195,35 @@ class PlanImprover {
 
   static bool promisesMore(const Candidate& a, const Candidate& b) { return a.promise < b.promise; }
 
-  void evaluatePool() {
+  template <typename Take>
+  void evaluatePool(std::size_t plans, const Take& take) {
     std::stable_sort(pool_.begin(), pool_.end(), promisesMore);
-    const std::size_t most = std::min<std::size_t>(pool_.size(), settings_.plans);
+    const std::size_t most = std::min(pool_.size(), plans);
     for (std::size_t i = 0; i < most && !state_.over(); ++i) {
-      if (pool_[i].promise >= best_cost_) return;
-      evaluate(pool_[i].tuple);
+      auto plan = planOf(pool_[i].tuple);
+      if (!plan || state_.over()) continue;
+      if (plan->solution.cost < best_cost_) {
+        best_ = pool_[i].tuple;
+        best_cost_ = plan->solution.cost;
+      }
+      take(std::move(*plan), pool_[i].tuple);
     }
   }
 
-  void evaluate(const TransportTuple& tuple) {
+  std::optional<TransportPlan> planOf(const TransportTuple& tuple) {
     const auto connected = motions_.connect(tuple);
     const auto* path = std::get_if<TransportPath>(&connected);
-    if (path == nullptr || state_.over()) return;
+    if (path == nullptr || state_.over()) return std::nullopt;
     const auto timed = timeStages(problem_, motions_.context(), *path);
     const auto* stages = std::get_if<std::vector<TimedStage>>(&timed);
-    if (stages == nullptr || state_.over()) return;
+    if (stages == nullptr || state_.over()) return std::nullopt;
     const auto schedule = scheduleStages(motions_.context(), *stages);
     TransportPlan plan = assemblePlan(problem_, motions_.context(), *path, *stages, schedule);
     setCost(problem_, path->holders.back().dexterity.give, best_placing_, plan.solution);
-    if (state_.over() || plan.solution.cost >= best_cost_) return;
-    if (!brokenRules(problem_, plan, state_.world).empty()) return;
-    best_ = tuple;
-    best_cost_ = plan.solution.cost;
-    plan.solution.index = ++index_;
-    state_.sink.emit(std::move(plan.solution));
-    for (StageTrajectory& trajectory : plan.trajectories) {
-      trajectory.solution = index_;
-      state_.sink.emit(std::move(trajectory));
-    }
+    const std::vector<std::string> broken = brokenRules(problem_, plan, state_.world);
+    if (broken.empty()) return plan;
+    state_.sink.emit(Note{"plan_held_back", "A plan was held back: " + broken.front() + "."});
+    return std::nullopt;
   }
 
   SearchState& state_;
@@ -235,13 +238,67 @@ class PlanImprover {
   std::vector<Candidate> pool_;
   TransportTuple best_;
   double best_cost_ = 0;
-  std::uint32_t index_ = 0;
 };
+
+void send(TransportPlan plan, std::uint32_t index, PlanEventSink& sink) {
+  plan.solution.index = index;
+  sink.emit(std::move(plan.solution));
+  for (StageTrajectory& trajectory : plan.trajectories) {
+    trajectory.solution = index;
+    sink.emit(std::move(trajectory));
+  }
+}
+
+bool samePose(const Pose& a, const Pose& b) { return a.matrix() == b.matrix(); }
+
+/// The same grasps at the same poses, whatever the arms' configurations.
+bool alike(const TransportTuple& a, const TransportTuple& b) {
+  const auto sameGrasp = [](const HolderGrasp& x, const HolderGrasp& y) {
+    return x.take.grasp == y.take.grasp;
+  };
+  return std::equal(a.X_WH.begin(), a.X_WH.end(), b.X_WH.begin(), samePose) &&
+         std::equal(a.holders.begin(), a.holders.end(), b.holders.begin(), sameGrasp);
+}
 
 }  // namespace
 
 std::uint32_t improvePlan(SearchState& state, ChainSearch& search) {
-  return PlanImprover(state, search).improve();
+  PlanImprover improver(state, search);
+  std::uint32_t index = 0;
+  double least = improver.bestCost();
+  improver.search(state.problem.settings.improvement.plans,
+                  [&](TransportPlan plan, const TransportTuple&) {
+                    if (plan.solution.cost >= least) return;
+                    least = plan.solution.cost;
+                    send(std::move(plan), ++index, state.sink);
+                  });
+  return index;
+}
+
+void rankPlans(SearchState& state, ChainSearch& search) {
+  struct Found {
+    TransportPlan plan;
+    TransportTuple tuple;
+  };
+
+  std::vector<Found> found{{*state.plan, state.tuple}};
+  PlanImprover(state, search)
+      .search(state.problem.settings.improvement.plans_ranked,
+              [&](TransportPlan plan, const TransportTuple& tuple) {
+                found.push_back({std::move(plan), tuple});
+              });
+  std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
+    return a.plan.solution.cost < b.plan.solution.cost;
+  });
+  std::vector<Found> ranked;
+  for (Found& it : found) {
+    const auto known = [&](const Found& other) { return alike(it.tuple, other.tuple); };
+    if (std::none_of(ranked.begin(), ranked.end(), known)) ranked.push_back(std::move(it));
+  }
+  const std::size_t most = std::min(ranked.size(), state.problem.settings.improvement.ranked);
+  for (std::size_t i = 0; i < most; ++i) {
+    send(std::move(ranked[i].plan), static_cast<std::uint32_t>(i), state.sink);
+  }
 }
 
 }  // namespace handover

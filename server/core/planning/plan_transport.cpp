@@ -238,17 +238,20 @@ class TransportSearch {
   Outcome solved(ChainSearch& search) {
     if (!state_.broken.empty()) return heldBack();
     if (state_.deadline.state() == Deadline::State::kCancelled) return Cancelled{};
-    state_.sink.emit(state_.plan->solution);
-    for (auto& trajectory : state_.plan->trajectories) state_.sink.emit(std::move(trajectory));
-    const std::uint32_t best = improves() ? improvePlan(state_, search) : 0;
+    const bool further = problem_.search == SearchWidth::kWide && !state_.over();
+    std::uint32_t best = 0;
+    if (further && problem_.mode == SearchMode::kAll) {
+      rankPlans(state_, search);
+    } else {
+      state_.sink.emit(state_.plan->solution);
+      for (const StageTrajectory& trajectory : state_.plan->trajectories) {
+        state_.sink.emit(trajectory);
+      }
+      if (further && problem_.mode == SearchMode::kBest) best = improvePlan(state_, search);
+    }
     if (state_.deadline.state() == Deadline::State::kCancelled) return Cancelled{};
     if (search.holders() == 2) noteIfOneArmWouldDo(search.arms().front());
     return Done{best, !state_.over()};
-  }
-
-  bool improves() const {
-    return problem_.mode == SearchMode::kBest && problem_.search == SearchWidth::kWide &&
-           !state_.over();
   }
 
   /// A plan that breaks a rule is a fault of ours.

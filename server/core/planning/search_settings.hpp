@@ -56,11 +56,12 @@ struct PruneEffort {
   bool operator==(const PruneEffort&) const = default;
 };
 
-/// Mode best: how long it goes on after the first plan, in counts.
+/// Modes best and all: how long they go on after the first plan, in counts.
 struct ImprovementSettings {
   std::uint32_t looks = 4'000;  ///< candidates asked whether both arms reach them, per round
   std::uint32_t poses = 24;     ///< of these, whose grasps are pruned
-  std::uint32_t plans = 9;      ///< tuples whose motions are sought
+  std::size_t plans = 9;        ///< tuples whose motions are sought
+  std::size_t plans_ranked = 16, ranked = 10;  ///< mode all: so many of them, and sent
   std::size_t per_pose = 2;     ///< of one pose
   int rounds = 2;               ///< the first anywhere, the others near the best so far
   double near = 0.15;           ///< [m]
