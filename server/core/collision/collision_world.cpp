@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/collision/box.hpp"
 #include "core/collision/collision_scene.hpp"
 #include "core/collision/scene_data.hpp"
 
@@ -20,23 +21,7 @@ namespace {
 // they stay apart: such a stretch of a motion is divided first.
 constexpr double kFarTravel = 0.12;
 
-// An axis-aligned box in world. Its faces are touched as well.
-struct Aabb {
-  Eigen::Vector3d lower = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector3d upper = Eigen::Vector3d::Constant(-std::numeric_limits<double>::infinity());
-
-  void add(const Aabb& other) {
-    lower = lower.cwiseMin(other.lower);
-    upper = upper.cwiseMax(other.upper);
-  }
-};
-
-bool overlap(const Aabb& a, const Aabb& b) {
-  return a.lower.x() <= b.upper.x() && b.lower.x() <= a.upper.x() && a.lower.y() <= b.upper.y() &&
-         b.lower.y() <= a.upper.y() && a.lower.z() <= b.upper.z() && b.lower.z() <= a.upper.z();
-}
-
-// The same box in single precision, rounded outwards: small enough to test many at once.
+// An Aabb in single precision, rounded outwards: small enough to test many at once.
 struct FloatBox {
   static constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
@@ -125,27 +110,11 @@ class BoxRow {
   std::size_t count_ = 0;
 };
 
-// Squared distance of two boxes: 0 when they overlap.
-double squaredGap(const Aabb& a, const Aabb& b) {
-  const Eigen::Vector3d gap = (a.lower - b.upper).cwiseMax(b.lower - a.upper).cwiseMax(0.0);
-  return gap.squaredNorm();
-}
-
 /// What of a clearance two boxes with their margins do not hold.
 double beyondMargins(double clearance) { return std::max(0.0, clearance - 2 * kCollisionMargin); }
 
 double squaredMiddles(const Aabb& a, const Aabb& b) {
   return 0.25 * (a.lower + a.upper - b.lower - b.upper).squaredNorm();
-}
-
-Aabb worldBox(const Pose& X_WBody, const SceneShape& shape) {
-  const Eigen::Matrix3d R = X_WBody.linear() * shape.X_BBox.linear();
-  const Eigen::Vector3d half = R.cwiseAbs() * shape.box_half;
-  const Eigen::Vector3d middle = X_WBody * shape.X_BBox.translation();
-  Aabb box;
-  box.lower = middle - half;
-  box.upper = middle + half;
-  return box;
 }
 
 }  // namespace

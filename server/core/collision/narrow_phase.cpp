@@ -199,6 +199,16 @@ Nearness nearness(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, 
                                                                       : Nearness::kNear;
 }
 
+bool proveApart(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
+                const PairMotion& motion, double apart, double& at_most) {
+  const double radii = a.data().radius + b.data().radius;
+  const double enough = radii + motion.most + apart;
+  const GjkSweep sweep{motion, a.data().radius, b.data().radius, apart, 1.0};
+  const GjkResult cores = gjk(a.data().core, X_WA, b.data().core, X_WB, enough, -1, &sweep);
+  at_most = cores.at_most - radii;
+  return cores.swept_free || cores.at_least > enough;
+}
+
 ShapeDistance shapeDistance(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b,
                             const Pose& X_WB) {
   const double infinity = std::numeric_limits<double>::infinity();

@@ -50,6 +50,13 @@ enum class Nearness { kApart, kNear, kTouching };
 Nearness nearness(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
                   const PairMotion& motion, double looked, double proven);
 
+/// Whether it is proven, by a plane between them or by their distance, that two shapes keep more
+/// than `apart` [m] while they move, margins taken off.
+/// @param at_most  where it is not: they are no farther apart than this as they stand [m], negative
+///                 where they overlap; as near to the truth as the answer needs.
+bool proveApart(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
+                const PairMotion& motion, double apart, double& at_most);
+
 /// Distance or depth of the shapes themselves, margins taken off.
 ShapeDistance shapeDistance(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b,
                             const Pose& X_WB);
