@@ -106,7 +106,9 @@ TEST_F(Memory, StaysAsItIsUnderMixedRequests) {
     EXPECT_LT(last, kMostBytes);
     if (i == kStep && compares) first = settledBytes(client);
   }
-  if (compares) EXPECT_LT(settledBytes(client), first + first / 10);
+  if (compares) {
+    EXPECT_LT(settledBytes(client), first + first / 10);
+  }
   EXPECT_GT(last, 0u);
   daemon.signal(SIGTERM);
   EXPECT_EQ(daemon.wait(5s), 0);
