@@ -104,10 +104,10 @@ INSTANTIATE_TEST_SUITE_P(
         Usage{"plan --cell c --slack 11", 2}, Usage{"plan --cell c --slack 0.25", 3},
         Usage{"plan --cell c --slack nan", 2}, Usage{"plan --cell c --objective haste", 2},
         Usage{"plan --cell c --search paper --objective tim", 2},
-        Usage{"experiment c --deadline 0", 2},
-        Usage{"view cell.yaml -o cell.html", 3}, Usage{"export plan.json --format csv -o out", 3},
-        Usage{"record r.mcap", 3}, Usage{"replay r.mcap", 3}, Usage{"scene apply s.yaml", 3},
-        Usage{"scene reset --cell c", 3}, Usage{"plan --cell c --dump-state start", 2},
+        Usage{"experiment c --deadline 0", 2}, Usage{"view cell.yaml -o cell.html", 3},
+        Usage{"export plan.json --format csv -o out", 3}, Usage{"record r.mcap", 3},
+        Usage{"replay r.mcap", 3}, Usage{"scene apply s.yaml", 3}, Usage{"scene reset --cell c", 3},
+        Usage{"plan --cell c --dump-state start", 2},
         Usage{"plan --cell c --dump-state nap.0 cup.obj", 2},
         Usage{"plan --cell c --dump-state start cup.obj extra", 2}));
 

@@ -182,7 +182,8 @@ bool touching(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, cons
   if (cores.at_least > reach) return false;  // a plane lies between: certain
   if (cores.at_most <= reach)
     return true;  // two points are that near: certain, also where Bullet misses it
-  return gap != 2 * kCollisionMargin || bulletTouching(*a.data().shape, X_WA, *b.data().shape, X_WB);
+  return gap != 2 * kCollisionMargin ||
+         bulletTouching(*a.data().shape, X_WA, *b.data().shape, X_WB);
 }
 
 Nearness nearness(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,

@@ -47,7 +47,10 @@ StateCheckerSetup checked(const CollisionWorld& world, StateCheckerSetup setup) 
 
 StateCheckerSetup::StateCheckerSetup(const CollisionScene& scene, RobotId moving_robot,
                                      std::vector<DofId> moving_dofs)
-    : robot(moving_robot), dofs(std::move(moving_dofs)), allowed(scene.bodies()), close(scene.bodies()) {
+    : robot(moving_robot),
+      dofs(std::move(moving_dofs)),
+      allowed(scene.bodies()),
+      close(scene.bodies()) {
   for (const SceneRobot& it : scene.data().robots) q.push_back(it.q_start);
   for (const ScenePlacement& it : scene.data().objects) X_WO.push_back(it.X_WO);
 }

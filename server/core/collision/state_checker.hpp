@@ -145,10 +145,10 @@ class StateChecker {
   std::vector<int> moving_index_;          ///< by body; -1: stands still
   PairList pairs_;
   PairList close_pairs_, wide_pairs_;  ///< all of pairs_
-  std::uint64_t seen_changes_ = 0;  ///< of the world, at the last state asked
-  bool stale_ = true;               ///< the setup changed since
-  bool mounted_ = false;            ///< moving_bodies_ are those of the setup
-  bool measured_ = false;           ///< groups_ knows the balls of moving_bodies_
+  std::uint64_t seen_changes_ = 0;     ///< of the world, at the last state asked
+  bool stale_ = true;                  ///< the setup changed since
+  bool mounted_ = false;               ///< moving_bodies_ are those of the setup
+  bool measured_ = false;              ///< groups_ knows the balls of moving_bodies_
   Pose X_GTool_ = Pose::Identity();
   Part tool_with_still_, tool_with_arm_, arm_with_all_;
 

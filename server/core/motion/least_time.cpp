@@ -122,8 +122,7 @@ bool LeastTimeMotion::keeps(const Ramp& ramp, double time, double lower, double 
 
 std::optional<LeastTimeMotion> LeastTimeMotion::between(const MotionState& from,
                                                         const MotionState& to,
-                                                        const TimingLimits& limits,
-                                                        double least) {
+                                                        const TimingLimits& limits, double least) {
   const double quickest = std::max(least, leastTime(from, to, limits));
   if (!(quickest < kNever)) return std::nullopt;
   const Index dof = from.q.size();

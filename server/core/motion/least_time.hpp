@@ -20,8 +20,8 @@ class LeastTimeMotion {
  public:
   /// The quickest motion in which every joint gets by with the least acceleration for the common
   /// time and does not reverse it at once: there is time to build it down (jerk) in between;
-  /// `least` [s] at least. nullopt: none was found that keeps lower/upper and the limits of velocity and
-  /// acceleration. @pre sizes agree; the states' velocities are within their limits.
+  /// `least` [s] at least. nullopt: none was found that keeps lower/upper and the limits of
+  /// velocity and acceleration. @pre sizes agree; the states' velocities are within their limits.
   static std::optional<LeastTimeMotion> between(const MotionState& from, const MotionState& to,
                                                 const TimingLimits& limits, double least = 0);
 

@@ -166,7 +166,7 @@ Points distinct(const Points& points) {
 class ThroughMovement::Impl {
  public:
   Impl(const std::vector<MovementPart>& parts, const std::optional<JointsAside>& aside,
-           const TimingLimits& limits, double blend, double boldness)
+       const TimingLimits& limits, double blend, double boldness)
       : arm_(parts.front().waypoints.front().size()),
         limits_(limits),
         arm_limits_(headOf(limits, arm_)),
@@ -268,8 +268,8 @@ class ThroughMovement::Impl {
     for (const auto& before : befores) {
       for (const auto& after : afters) {
         Passing passing{before.get(), after.get(), 0};
-        passing.time = settle(pass, passing) + (before ? before->time() : 0) +
-                       (after ? after->time() : 0);
+        passing.time =
+            settle(pass, passing) + (before ? before->time() : 0) + (after ? after->time() : 0);
         if (passing.time < kNever) passings.push_back(passing);
       }
     }
@@ -309,8 +309,8 @@ class ThroughMovement::Impl {
     const TimingLimits its = tailOf(limits_, aside_->from.size());
     const VectorXd rest = VectorXd::Zero(aside_->from.size());
     const double time = ends_[aside_->part] - beginOf(aside_->part);
-    aside_motion_ = LeastTimeMotion::between({aside_->from, rest}, {aside_->to, rest}, its,
-                                             kAsideShare * time);
+    aside_motion_ =
+        LeastTimeMotion::between({aside_->from, rest}, {aside_->to, rest}, its, kAsideShare * time);
     found_ = aside_motion_ && aside_motion_->duration() <= time;
   }
 

@@ -13,7 +13,8 @@ namespace handover {
 
 /// Part of a movement. Lines are kept to; of a free part the waypoints are passed, no more.
 struct MovementPart {
-  std::vector<Eigen::VectorXd> waypoints;  ///< two at least; the first is the last of the part before
+  std::vector<Eigen::VectorXd>
+      waypoints;  ///< two at least; the first is the last of the part before
   bool line = false;
   bool operator==(const MovementPart&) const = default;
 };
@@ -26,8 +27,8 @@ struct JointsAside {
 
 /// Parts that follow one another as one motion from rest to rest, with the joints aside below the
 /// others. The free part is crossed in the least time that its joints need from state to state
-/// (LeastTimeMotion); at its ends it takes over the velocity of the line that it comes from or leads
-/// to, and its inner waypoints are passed at velocities along the way.
+/// (LeastTimeMotion); at its ends it takes over the velocity of the line that it comes from or
+/// leads to, and its inner waypoints are passed at velocities along the way.
 class ThroughMovement {
  public:
   /// @param boldness  in (0, 1]: how near to the best of these velocities; the less, the nearer the

@@ -46,7 +46,7 @@ struct SearchState {
   std::uint32_t motion_attempts = 0, grasp_attempts = 0;
   std::uint32_t failed_trees = 0;  ///< searches for a free motion that found nothing
   std::optional<TransportPlan> plan;
-  TransportTuple tuple;  ///< of the plan
+  TransportTuple tuple;             ///< of the plan
   std::vector<std::string> broken;  ///< rules that the plan breaks
 
   bool wide() const { return problem.search == SearchWidth::kWide; }

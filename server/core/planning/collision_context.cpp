@@ -107,8 +107,8 @@ StateChecker CollisionContext::make(const CellState& state, const Manipulator& m
   return checker;
 }
 
-/// Close to each other by nature: bodies of one robot and what it carries, the hands of a chain, and
-/// the object and who takes it or gives it.
+/// Close to each other by nature: bodies of one robot and what it carries, the hands of a chain,
+/// and the object and who takes it or gives it.
 void CollisionContext::markClose(const Manipulator& mover, bool holding, BodyPairs& close) const {
   const int bodies = problem_.collision->bodies();
   for (int a = 0; a < bodies; ++a) {

@@ -114,12 +114,9 @@ std::optional<JointPath> FreeMotionSolver::roadmapPath(const Manipulator& arm,
 }
 
 /// With the widest skin that gives one.
-std::optional<JointPath> FreeMotionSolver::wideRoadmapPath(const Manipulator& arm,
-                                                           const ArmVector& from,
-                                                           const ArmVector& to,
-                                                           StateChecker& checker,
-                                                           const std::vector<ArmVector>& known,
-                                                           std::uint32_t checks) const {
+std::optional<JointPath> FreeMotionSolver::wideRoadmapPath(
+    const Manipulator& arm, const ArmVector& from, const ArmVector& to, StateChecker& checker,
+    const std::vector<ArmVector>& known, std::uint32_t checks) const {
   for (const double skin : settings_.skins) {
     const MotionProblem motion = problemOf(arm, checker, skin);
     if (!motion.valid_between(from, from) || !motion.valid_between(to, to)) continue;

@@ -18,7 +18,8 @@ double lack(double value, double enough) { return std::clamp(1 - value / enough,
 double restToRest(const Manipulator& arm, const ArmVector& from, const ArmVector& to) {
   double time = 0;
   for (Eigen::Index j = 0; j < from.size(); ++j) {
-    const Joint& joint = arm.model->joints[arm.model->dof_joints[arm.arm_model->dofs[std::size_t(j)]]];
+    const Joint& joint =
+        arm.model->joints[arm.model->dof_joints[arm.arm_model->dofs[std::size_t(j)]]];
     time = std::max(time, leastTime(to[j] - from[j], 0, 0, joint.velocity, joint.acceleration));
   }
   return time;
@@ -27,10 +28,11 @@ double restToRest(const Manipulator& arm, const ArmVector& from, const ArmVector
 double marginOf(const Manipulator& arm, const ArmVector& q) {
   double margin = 0.5;
   for (Eigen::Index j = 0; j < q.size(); ++j) {
-    const Joint& joint = arm.model->joints[arm.model->dof_joints[arm.arm_model->dofs[std::size_t(j)]]];
+    const Joint& joint =
+        arm.model->joints[arm.model->dof_joints[arm.arm_model->dofs[std::size_t(j)]]];
     if (joint.continuous) continue;
-    margin = std::min(margin, std::min(q[j] - joint.lower, joint.upper - q[j]) /
-                                  (joint.upper - joint.lower));
+    margin = std::min(
+        margin, std::min(q[j] - joint.lower, joint.upper - q[j]) / (joint.upper - joint.lower));
   }
   return margin;
 }

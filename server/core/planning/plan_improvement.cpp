@@ -120,23 +120,23 @@ class PlanImprover {
     const std::vector<LatticePoint> points = pointsFor(handover, round);
     if (options.empty() || points.empty()) return;
     const Pose& X_WO_give = last ? problem_.task.X_WO_goal : best_.X_WH[handover + 1];
-    SeededRandom random(SeededRandom::mix(problem_.seed ^ (64 * static_cast<std::uint64_t>(round) +
-                                                           handover + 1)));
+    SeededRandom random(
+        SeededRandom::mix(problem_.seed ^ (64 * static_cast<std::uint64_t>(round) + handover + 1)));
     std::uint32_t poses = 0;
     for (std::uint32_t i = 0; i < settings_.looks && poses < settings_.poses; ++i) {
       if (state_.over()) return;
       const double early = random.unit();
       const auto point =
           static_cast<std::size_t>(early * early * static_cast<double>(points.size()));
-      const auto turn = static_cast<int>(
-          random.index(static_cast<std::uint32_t>(problem_.settings.wide_turns)));
+      const auto turn =
+          static_cast<int>(random.index(static_cast<std::uint32_t>(problem_.settings.wide_turns)));
       const std::size_t option = random.index(static_cast<std::uint32_t>(options.size()));
       if (!seen_.insert({handover, option, pointKey(points[point].p_W), turn}).second) continue;
       const ApproachOffset offset{2 * M_PI * turn / problem_.settings.wide_turns, 0, 0};
       const FeasibleGrasp& give = options[option];
-      const Pose X_WH = handoverPose(at(handover), at(handover + 1),
-                                     at(handover + 1).grasp(give.grasp), X_WO_give,
-                                     points[point].p_W, offset, false);
+      const Pose X_WH =
+          handoverPose(at(handover), at(handover + 1), at(handover + 1).grasp(give.grasp),
+                       X_WO_give, points[point].p_W, offset, false);
       if (!motions_.receiverReaches(handover, X_WH, give.grasp) ||
           !motions_.giverReaches(handover, X_WH, give.grasp, giver)) {
         continue;

@@ -62,25 +62,25 @@ struct ImprovementSettings {
   std::uint32_t poses = 24;     ///< of these, whose grasps are pruned
   std::size_t plans = 9;        ///< tuples whose motions are sought
   std::size_t plans_ranked = 16, ranked = 10;  ///< mode all: so many of them, and sent
-  std::size_t per_pose = 2;     ///< of one pose
-  int rounds = 2;               ///< the first anywhere, the others near the best so far
-  double near = 0.15;           ///< [m]
-  std::size_t places = 3;       ///< configurations of a grasp at the goal
+  std::size_t per_pose = 2;                    ///< of one pose
+  int rounds = 2;                      ///< the first anywhere, the others near the best so far
+  double near = 0.15;                  ///< [m]
+  std::size_t places = 3;              ///< configurations of a grasp at the goal
   std::uint32_t rrt_iterations = 150;  ///< of trees, which take the most time
   Skins skins{0.022, 0.012, 0.006};    ///< a little more than what is asked of a plan
 };
 
 /// What a second is worth (design §7, Objective): `balanced` adds these to a plan's duration.
 struct CostWeights {
-  double clearance = 3;              ///< [s] of each kind, at none; from `wide` on 0
-  double wide = 0.020;               ///< [m]
-  double grip = 4;                   ///< [s] of the weaker one at none, from `firm` of its set's best on 0
+  double clearance = 3;  ///< [s] of each kind, at none; from `wide` on 0
+  double wide = 0.020;   ///< [m]
+  double grip = 4;       ///< [s] of the weaker one at none, from `firm` of its set's best on 0
   double firm = 0.5;
-  double turn = 0.5;                 ///< [s] per quarter turn of the object beyond the least
-  double limit = 2;                  ///< [s] of a joint at its limit, from `margin` of its range on 0
+  double turn = 0.5;  ///< [s] per quarter turn of the object beyond the least
+  double limit = 2;   ///< [s] of a joint at its limit, from `margin` of its range on 0
   double margin = 0.05;
-  double dexterous = 0.8;            ///< of the best placing's manipulability; below that: `clumsy`
-  double clumsy = 1000;              ///< [s]
+  double dexterous = 0.8;  ///< of the best placing's manipulability; below that: `clumsy`
+  double clumsy = 1000;    ///< [s]
 };
 
 struct SearchSettings {

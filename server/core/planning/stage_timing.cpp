@@ -233,9 +233,8 @@ class BlockTimer {
       }
       if (parts.size() == 1) break;
     }
-    std::stable_sort(movements.begin(), movements.end(), [](const auto& a, const auto& b) {
-      return a.duration() < b.duration();
-    });
+    std::stable_sort(movements.begin(), movements.end(),
+                     [](const auto& a, const auto& b) { return a.duration() < b.duration(); });
     return cheapest(movements, dofs);
   }
 
@@ -262,7 +261,8 @@ class BlockTimer {
     double price = 0;
     for (const TimedStage& stage : timed) {
       if (typeOf(stage.stage->stage.action) != StageType::kFree) continue;
-      price = std::max(price, weights.clearance * (1 - std::min(1.0, skinOf(stage) / weights.wide)));
+      price =
+          std::max(price, weights.clearance * (1 - std::min(1.0, skinOf(stage) / weights.wide)));
     }
     return price;
   }
@@ -318,8 +318,7 @@ class BlockTimer {
         continue;
       }
       for (std::size_t i = 1; i + 1 < points.size(); ++i) {
-        const double along =
-            std::clamp((points[i] - from).dot(way) / way.squaredNorm(), 0.0, 1.0);
+        const double along = std::clamp((points[i] - from).dot(way) / way.squaredNorm(), 0.0, 1.0);
         points[i] += share * (from + along * way - points[i]);
       }
     }

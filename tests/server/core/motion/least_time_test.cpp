@@ -7,11 +7,11 @@ namespace handover::test {
 namespace {
 
 TEST(LeastTime, OfARestToRestMotionIsTheTrapezoids) {
-  EXPECT_NEAR(leastTime(0.4, 0, 0, 1, 0.4), 2.0, 1e-12);             // 2 sqrt(d / a)
-  EXPECT_NEAR(leastTime(-4, 0, 0, 1, 0.4), 4.0 + 2.5, 1e-12);        // d / v + v / a
+  EXPECT_NEAR(leastTime(0.4, 0, 0, 1, 0.4), 2.0, 1e-12);       // 2 sqrt(d / a)
+  EXPECT_NEAR(leastTime(-4, 0, 0, 1, 0.4), 4.0 + 2.5, 1e-12);  // d / v + v / a
   EXPECT_NEAR(leastTime(0, 0, 0, 1, 0.4), 0, 1e-12);
-  EXPECT_NEAR(leastTime(0, 0.5, -0.5, 1, 0.5), 2.0, 1e-12);          // out and back
-  EXPECT_NEAR(leastTime(1, 1, 1, 1, 0.5), 1.0, 1e-12);               // at full speed all the way
+  EXPECT_NEAR(leastTime(0, 0.5, -0.5, 1, 0.5), 2.0, 1e-12);  // out and back
+  EXPECT_NEAR(leastTime(1, 1, 1, 1, 0.5), 1.0, 1e-12);       // at full speed all the way
 }
 
 /// By a search over all motions of two accelerations, full either way, and a coast in between.
