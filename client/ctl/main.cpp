@@ -296,10 +296,7 @@ int notBuiltYet(const std::string& what) {
 
 /// What of the search is not there yet; empty: all is.
 std::string notBuilt(const PlanRequest& request) {
-  const bool built =
-      request.objective == Objective::kUnspecified || request.objective == Objective::kDexterity;
-  if (request.slack_s > 0) return "--slack above 0";
-  return built ? "" : std::string("--objective ") + toString(request.objective);
+  return request.slack_s > 0 ? "--slack above 0" : "";
 }
 
 /// The program's command line; what it parses into stands beside it.

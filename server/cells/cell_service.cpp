@@ -294,6 +294,7 @@ std::optional<Outcome> CellService::resolve(const Loaded& loaded, const PlanRequ
   }
   problem.mode = request.mode;
   problem.search = request.search;
+  problem.objective = objectiveOf(request);
   problem.seed = request.seed;
   problem.speed_scale = request.speed_scale;
   return std::nullopt;

@@ -100,15 +100,18 @@ SceneTask resolveTask(const PlanRequest& request, const Cell::Instance& instance
   return task;
 }
 
+Objective objectiveOf(const PlanRequest& request) {
+  if (request.objective != Objective::kUnspecified) return request.objective;
+  return request.search == SearchWidth::kPaper ? Objective::kDexterity : Objective::kBalanced;
+}
+
 void checkSearch(const PlanRequest& request, const SceneTask& task, std::vector<Fault>& faults) {
   const bool paper = request.search == SearchWidth::kPaper;
   if (paper && task.chain.size() != 2) {
     faults.push_back({"search", "paper needs a chain of exactly two holders"});
   }
-  if (request.objective == Objective::kBalanced || request.objective == Objective::kTime) {
-    faults.push_back(
-        {"objective", paper ? "paper has the objective dexterity"
-                            : std::string(toString(request.objective)) + " is not built yet"});
+  if (paper && objectiveOf(request) != Objective::kDexterity) {
+    faults.push_back({"objective", "paper has the objective dexterity"});
   }
   if (request.slack_s > 0) faults.push_back({"slack_s", "not built yet: must be 0"});
 }

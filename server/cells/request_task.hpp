@@ -18,6 +18,9 @@ namespace handover {
 SceneTask resolveTask(const PlanRequest& request, const Cell::Instance& instance,
                       std::vector<Fault>& faults);
 
+/// The request's, else the search's own.
+Objective objectiveOf(const PlanRequest& request);
+
 /// What of a request contradicts the search that it asks for, or is not built.
 void checkSearch(const PlanRequest& request, const SceneTask& task, std::vector<Fault>& faults);
 

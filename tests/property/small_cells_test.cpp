@@ -54,6 +54,30 @@ TEST(SmallCells, AnswerIsTheSameForTheSameProblemWhateverWasPlannedBetween) {
   EXPECT_GE(solved, 2);
 }
 
+TEST(SmallCells, BestCostsNoMoreThanFirst) {
+  int better = 0;
+  const auto result = holds("random cells", 12, [&] {
+    RandomCell cell = makeCell(robots(), *anyCell());
+    cell.problem.objective = *rc::gen::element(Objective::kBalanced, Objective::kTime);
+    Recorder first, best;
+    cell.problem.mode = SearchMode::kFirst;
+    if (!std::holds_alternative<Done>(planTransport(cell.problem, first, Deadline()))) return;
+    cell.problem.mode = SearchMode::kBest;
+    const Outcome outcome = planTransport(cell.problem, best, Deadline());
+    const std::vector<Solution> solutions = best.all<Solution>();
+    RC_ASSERT(solutions.front() == first.all<Solution>().front());
+    RC_ASSERT(std::get<Done>(outcome).solution + 1 == solutions.size());
+    for (std::size_t i = 1; i < solutions.size(); ++i) {
+      RC_ASSERT(solutions[i].cost < solutions[i - 1].cost);
+    }
+    if (solutions.size() > 1) ++better;
+    const auto valid = verified(best.events, outcome, robots().root());
+    if (!valid) RC_FAIL(std::string(valid.message()));
+  });
+  EXPECT_TRUE(result);
+  EXPECT_GE(better, 2);
+}
+
 std::uint32_t total(const std::vector<CauseCount>& causes) {
   std::uint32_t sum = 0;
   for (const CauseCount& cause : causes) {

@@ -62,7 +62,7 @@ int run(int argc, char** argv) {
   request.client_id = "offline";
   request.mode = SearchMode::kFirst;
   request.wants_fix = false;
-  std::string root, output, search = "wide", mode = "first";
+  std::string root, output, search = "wide", mode = "first", objective;
   std::vector<std::string> sets;
   int runs = 1;
   app.add_option("--cell", request.cell, "Cell of config/cells, or file")->required();
@@ -76,6 +76,8 @@ int run(int argc, char** argv) {
       ->check(CLI::IsMember({"paper", "wide"}));
   app.add_option("--mode", mode, "first (default), best or all")
       ->check(CLI::IsMember({"first", "best", "all"}));
+  app.add_option("--objective", objective, "balanced (default), time or dexterity")
+      ->check(CLI::IsMember({"balanced", "time", "dexterity"}));
   app.add_option("--runs", runs, "How often the same is planned");
   app.add_option("--root", root, "Folder that holds config/ and robots/");
   app.add_option("--output", output, "Write the plan file of the last run");
@@ -89,6 +91,7 @@ int run(int argc, char** argv) {
   }
   request.search = fromString<SearchWidth>(search).value_or(SearchWidth::kWide);
   request.mode = fromString<SearchMode>(mode).value_or(SearchMode::kFirst);
+  request.objective = fromString<Objective>(objective).value_or(Objective::kUnspecified);
   for (const std::string& set : sets) {
     const std::size_t equals = set.find('=');
     request.overrides.push_back({set.substr(0, equals), set.substr(equals + 1)});

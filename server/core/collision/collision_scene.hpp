@@ -140,7 +140,7 @@ struct MovingBody {
 /// How far apart shapes are to be on a motion [m], their margins taken off. No pair is looked at
 /// more often than its bodies travel twice the difference.
 struct Clearance {
-  double looked;  ///< wherever the motion is looked at: nearer is a contact; at most two margins
+  double looked;  ///< wherever the motion is looked at: nearer is a contact
   double proven;  ///< all along it; less
 };
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/collision/box.hpp"
 #include "core/collision/collision_scene.hpp"
 #include "core/collision/scene_data.hpp"
 
@@ -20,23 +21,7 @@ namespace {
 // they stay apart: such a stretch of a motion is divided first.
 constexpr double kFarTravel = 0.12;
 
-// An axis-aligned box in world. Its faces are touched as well.
-struct Aabb {
-  Eigen::Vector3d lower = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector3d upper = Eigen::Vector3d::Constant(-std::numeric_limits<double>::infinity());
-
-  void add(const Aabb& other) {
-    lower = lower.cwiseMin(other.lower);
-    upper = upper.cwiseMax(other.upper);
-  }
-};
-
-bool overlap(const Aabb& a, const Aabb& b) {
-  return a.lower.x() <= b.upper.x() && b.lower.x() <= a.upper.x() && a.lower.y() <= b.upper.y() &&
-         b.lower.y() <= a.upper.y() && a.lower.z() <= b.upper.z() && b.lower.z() <= a.upper.z();
-}
-
-// The same box in single precision, rounded outwards: small enough to test many at once.
+// An Aabb in single precision, rounded outwards: small enough to test many at once.
 struct FloatBox {
   static constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
@@ -125,24 +110,11 @@ class BoxRow {
   std::size_t count_ = 0;
 };
 
-// Squared distance of two boxes: 0 when they overlap.
-double squaredGap(const Aabb& a, const Aabb& b) {
-  const Eigen::Vector3d gap = (a.lower - b.upper).cwiseMax(b.lower - a.upper).cwiseMax(0.0);
-  return gap.squaredNorm();
-}
+/// What of a clearance two boxes with their margins do not hold.
+double beyondMargins(double clearance) { return std::max(0.0, clearance - 2 * kCollisionMargin); }
 
 double squaredMiddles(const Aabb& a, const Aabb& b) {
   return 0.25 * (a.lower + a.upper - b.lower - b.upper).squaredNorm();
-}
-
-Aabb worldBox(const Pose& X_WBody, const SceneShape& shape) {
-  const Eigen::Matrix3d R = X_WBody.linear() * shape.X_BBox.linear();
-  const Eigen::Vector3d half = R.cwiseAbs() * shape.box_half;
-  const Eigen::Vector3d middle = X_WBody * shape.X_BBox.translation();
-  Aabb box;
-  box.lower = middle - half;
-  box.upper = middle + half;
-  return box;
 }
 
 }  // namespace
@@ -210,7 +182,7 @@ struct CollisionWorld::Data {
 
   Pose shapePose(BodyId body, int index) const { return poses[body] * shape(index).X_BS; }
 
-  /// Nearer than `gap`, two margins at most.
+  /// Nearer than `gap`.
   bool bodiesTouch(BodyId a, BodyId b, double gap = 2 * kCollisionMargin) const;
   Nearness bodiesNearness(BodyId a, BodyId b, const PairMotion& motion,
                           const Clearance& clearance) const;
@@ -219,9 +191,10 @@ struct CollisionWorld::Data {
 };
 
 bool CollisionWorld::Data::bodiesTouch(BodyId a, BodyId b, double gap) const {
+  const double beyond = beyondMargins(gap);
   for (int i = firstShape(a); i < endShape(a); ++i) {
     for (int j = firstShape(b); j < endShape(b); ++j) {
-      if (!overlap(shapeBox(i), shapeBox(j))) continue;
+      if (squaredGap(shapeBox(i), shapeBox(j)) > beyond * beyond) continue;
       if (touching(shape(i).narrow, shapePose(a, i), shape(j).narrow, shapePose(b, j), gap)) {
         return true;
       }
@@ -233,10 +206,11 @@ bool CollisionWorld::Data::bodiesTouch(BodyId a, BodyId b, double gap) const {
 Nearness CollisionWorld::Data::bodiesNearness(BodyId a, BodyId b, const PairMotion& motion,
                                               const Clearance& clearance) const {
   Nearness nearest = Nearness::kApart;
+  const double reach = motion.most + beyondMargins(clearance.looked);
   for (int i = firstShape(a); i < endShape(a); ++i) {
     for (int j = firstShape(b); j < endShape(b); ++j) {
       const double squared_gap = squaredGap(shapeBox(i), shapeBox(j));
-      if (squared_gap > motion.most * motion.most) continue;
+      if (squared_gap > reach * reach) continue;
       // Apart as they stand; so near, measured by the travel, that a proof is out of the question.
       if (squared_gap > 0 &&
           squaredMiddles(shapeBox(i), shapeBox(j)) <= motion.beyond * motion.beyond) {
@@ -389,8 +363,8 @@ std::optional<BodyPair> CollisionWorld::touchingPair(const PairList& pairs,
 bool CollisionWorld::staysFree(const PairList& pairs, const PairList::Row* rows, std::size_t count,
                                const BodyTravel& travel, const Clearance& clearance,
                                std::vector<PairList::Row>& undecided, BodyContact* hit) {
-  // The boxes hold both margins, which make up for the clearance: apart by the travel is enough.
-  static_assert(kPlannedClearance.looked <= 2 * kCollisionMargin);
+  // The boxes hold both margins, which make up for as much of the clearance.
+  const double beyond = beyondMargins(clearance.looked);
   FloatBox whole;
   bool far = false;
   for (std::size_t r = 0; r < count; ++r) {
@@ -408,6 +382,7 @@ bool CollisionWorld::staysFree(const PairList& pairs, const PairList::Row* rows,
       for (; wanted != 0; wanted &= wanted - 1) {
         const auto i = static_cast<std::size_t>(std::countr_zero(wanted));
         FloatBox box = data_->body_boxes[movers[i]];
+        if (beyond > 0) box.grow(beyond);
         data_->mover_boxes.set(i, box);
         const double way = travel.of(movers[i]);
         box.grow(way);

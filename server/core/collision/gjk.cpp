@@ -16,7 +16,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kTolerance = 1e-8;  // [m]
-constexpr double kAgreeing = 0.9;    // of a sweep's distance: a better plane tells hardly more
 constexpr int kIterations = 100;     // curved cores take the most; hulls below 20
 
 // Two vertices at a time, without branches that nothing can foresee.
@@ -314,7 +313,7 @@ class Search {
     result_.towards_a_W = v_;
     if (result_.at_most <= near_) return true;
     return sweep_ && result_.at_least > near_ &&
-           (result_.at_most <= swept_ || result_.at_least > kAgreeing * result_.at_most);
+           (result_.at_most <= swept_ || result_.at_least > sweep_->agreeing * result_.at_most);
   }
 
   /// The plane across v at the vertex farthest that way tells enough.

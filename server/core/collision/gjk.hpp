@@ -64,12 +64,15 @@ struct GjkSweep {
   const PairMotion& motion;
   double radius_a, radius_b;  ///< balls of these about every point of the cores [m]
   double clearance;           ///< to be left between them all along the motion [m]
+  /// Of the distance: what a plane has to tell for the search to end, since a better one tells
+  /// hardly more. 1: never, the distance is found exactly.
+  double agreeing = 0.9;
 };
 
 /// Stops as soon as at_least > enough, at_most <= near, or the two agree to 1e-8 m. With a sweep
 /// also where at_least > near and: a plane stays between the cores all along the motion, as both
 /// are displaced to first order and by `beyond` (then `swept_free`); or no plane can; or the two
-/// agree to a tenth.
+/// agree as the sweep has it.
 GjkResult gjk(const ConvexCore& a, const Eigen::Isometry3d& X_WA, const ConvexCore& b,
               const Eigen::Isometry3d& X_WB, double enough, double near,
               const GjkSweep* sweep = nullptr);

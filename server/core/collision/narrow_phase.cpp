@@ -182,7 +182,8 @@ bool touching(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, cons
   if (cores.at_least > reach) return false;  // a plane lies between: certain
   if (cores.at_most <= reach)
     return true;  // two points are that near: certain, also where Bullet misses it
-  return gap < 2 * kCollisionMargin || bulletTouching(*a.data().shape, X_WA, *b.data().shape, X_WB);
+  return gap != 2 * kCollisionMargin ||
+         bulletTouching(*a.data().shape, X_WA, *b.data().shape, X_WB);
 }
 
 Nearness nearness(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
@@ -194,9 +195,19 @@ Nearness nearness(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, 
   const GjkResult cores = gjk(a.data().core, X_WA, b.data().core, X_WB, apart, touch, &sweep);
   if (cores.swept_free || cores.at_least > apart) return Nearness::kApart;
   if (cores.at_least > touch) return Nearness::kNear;
-  if (cores.at_most <= touch || looked < 2 * kCollisionMargin) return Nearness::kTouching;
+  if (cores.at_most <= touch || looked != 2 * kCollisionMargin) return Nearness::kTouching;
   return bulletTouching(*a.data().shape, X_WA, *b.data().shape, X_WB) ? Nearness::kTouching
                                                                       : Nearness::kNear;
+}
+
+bool proveApart(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
+                const PairMotion& motion, double apart, double& at_most) {
+  const double radii = a.data().radius + b.data().radius;
+  const double enough = radii + motion.most + apart;
+  const GjkSweep sweep{motion, a.data().radius, b.data().radius, apart, 1.0};
+  const GjkResult cores = gjk(a.data().core, X_WA, b.data().core, X_WB, enough, -1, &sweep);
+  at_most = cores.at_most - radii;
+  return cores.swept_free || cores.at_least > enough;
 }
 
 ShapeDistance shapeDistance(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b,

@@ -37,7 +37,7 @@ struct ShapeDistance {
 
 /// True when the shapes are nearer than `gap` [m], margins taken off; by default when their margins
 /// touch, and that is Bullet's to say where it is not certain. A function of the two poses alone,
-/// so that verdicts never depend on what was asked before. @pre 0 < gap <= 2 * kCollisionMargin.
+/// so that verdicts never depend on what was asked before. @pre 0 < gap.
 bool touching(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
               double gap = 2 * kCollisionMargin);
 
@@ -46,9 +46,16 @@ bool touching(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, cons
 /// `looked` as they stand; or not even that.
 enum class Nearness { kApart, kNear, kTouching };
 
-/// @pre 0 <= proven <= looked <= 2 * kCollisionMargin.
+/// @pre 0 <= proven <= looked.
 Nearness nearness(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
                   const PairMotion& motion, double looked, double proven);
+
+/// Whether it is proven, by a plane between them or by their distance, that two shapes keep more
+/// than `apart` [m] while they move, margins taken off.
+/// @param at_most  where it is not: they are no farther apart than this as they stand [m], negative
+///                 where they overlap; as near to the truth as the answer needs.
+bool proveApart(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b, const Pose& X_WB,
+                const PairMotion& motion, double apart, double& at_most);
 
 /// Distance or depth of the shapes themselves, margins taken off.
 ShapeDistance shapeDistance(const NarrowShape& a, const Pose& X_WA, const NarrowShape& b,

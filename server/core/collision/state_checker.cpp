@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/collision/state_checker.hpp"
 
+#include "core/collision/moving_balls.hpp"
 #include "core/collision/scene_data.hpp"
 
 #include <algorithm>
@@ -42,40 +43,14 @@ StateCheckerSetup checked(const CollisionWorld& world, StateCheckerSetup setup) 
   return setup;
 }
 
-/// Of some balls, one round them all.
-Ball ballRound(const std::vector<Ball>& balls) {
-  Ball all;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double count = 0;
-  for (const Ball& ball : balls) {
-    if (ball.radius < 0) continue;
-    sum += ball.middle;
-    ++count;
-  }
-  if (count == 0) return all;
-  all.middle = sum / count;
-  for (const Ball& ball : balls) {
-    if (ball.radius < 0) continue;
-    all.radius = std::max(all.radius, (ball.middle - all.middle).norm() + ball.radius);
-  }
-  return all;
-}
-
-/// Round the boxes of a body's shapes, their margins included; in the group that the body moves
-/// with.
-void addBalls(const CollisionScene::Data& scene, const MovingBody& body, std::vector<Ball>& balls) {
-  const std::size_t id = body.body;
-  for (int i = scene.first_shape[id]; i < scene.first_shape[id + 1]; ++i) {
-    const SceneShape& shape = scene.shapes[static_cast<std::size_t>(i)];
-    balls.push_back({body.X_GB * shape.X_BBox.translation(), shape.box_half.norm()});
-  }
-}
-
 }  // namespace
 
 StateCheckerSetup::StateCheckerSetup(const CollisionScene& scene, RobotId moving_robot,
                                      std::vector<DofId> moving_dofs)
-    : robot(moving_robot), dofs(std::move(moving_dofs)), allowed(scene.bodies()) {
+    : robot(moving_robot),
+      dofs(std::move(moving_dofs)),
+      allowed(scene.bodies()),
+      close(scene.bodies()) {
   for (const SceneRobot& it : scene.data().robots) q.push_back(it.q_start);
   for (const ScenePlacement& it : scene.data().objects) X_WO.push_back(it.X_WO);
 }
@@ -115,6 +90,16 @@ void StateChecker::compile() {
   }
   pairs_ = world_->makePairs(moving_, setup_.allowed, body_groups);
   if (setup_.tool_link.valid()) divide();
+  divideByClearance();
+}
+
+void StateChecker::divideByClearance() {
+  std::vector<std::pair<BodyId, BodyId>> close, wide;
+  for (const auto& pair : pairs_.pairs()) {
+    (setup_.close.contains(pair.first, pair.second) ? close : wide).push_back(pair);
+  }
+  close_pairs_ = PairList(std::move(close));
+  wide_pairs_ = PairList(std::move(wide));
 }
 
 void StateChecker::divide() {
@@ -221,13 +206,7 @@ bool StateChecker::remount(const RobotVector& q) {
 }
 
 void StateChecker::measureGroups() {
-  std::vector<std::vector<Ball>> balls(static_cast<std::size_t>(groups_.size()));
-  for (const MovingBody& it : moving_bodies_) {
-    addBalls(world_->scene().data(), it, balls[static_cast<std::size_t>(it.group)]);
-  }
-  for (int group = 0; group < groups_.size(); ++group) {
-    groups_.setBall(group, ballRound(balls[static_cast<std::size_t>(group)]));
-  }
+  setBalls(world_->scene(), moving_bodies_, groups_);
   measured_ = true;
 }
 
@@ -266,8 +245,13 @@ std::optional<BodyContact> StateChecker::hit(const Eigen::Ref<const Eigen::Vecto
 
 bool StateChecker::freeAlong(const JointMotion& motion, double from, double to,
                              const Clearance& clearance, BodyContact* hit) {
+  return freeAlong(pairs_, motion, from, to, clearance, hit);
+}
+
+bool StateChecker::freeAlong(const PairList& pairs, const JointMotion& motion, double from,
+                             double to, const Clearance& clearance, BodyContact* hit) {
   movingBodies();
-  const bool free = proof_.free(*world_, pairs_, groups_, moving_bodies_, moving_index_, motion,
+  const bool free = proof_.free(*world_, pairs, groups_, moving_bodies_, moving_index_, motion,
                                 from, to, clearance, hit);
   seen_changes_ = world_->changes();
   return free;
@@ -276,6 +260,13 @@ bool StateChecker::freeAlong(const JointMotion& motion, double from, double to,
 bool StateChecker::isMotionFree(const JointMotion& motion, double from, double to,
                                 const Clearance& clearance) {
   return freeAlong(motion, from, to, clearance, nullptr);
+}
+
+bool StateChecker::isMotionFree(const JointMotion& motion, const Clearance& clearance,
+                                const std::optional<Clearance>& wide) {
+  if (!wide) return freeAlong(motion, 0, 1, clearance, nullptr);
+  return freeAlong(wide_pairs_, motion, 0, 1, *wide, nullptr) &&
+         freeAlong(close_pairs_, motion, 0, 1, clearance, nullptr);
 }
 
 std::optional<BodyContact> StateChecker::hitAlong(const JointMotion& motion, double from, double to,

@@ -33,6 +33,7 @@ struct StateCheckerSetup {
   std::vector<Pose> X_WO;
   std::optional<HeldObject> held;
   BodyPairs allowed;  ///< pairs that may touch, beyond the standing ones
+  BodyPairs close;    ///< pairs of which no wide clearance is asked
   LinkId tool_link;   ///< of the moving robot: for toolTouches() and armTouches()
 };
 
@@ -63,6 +64,9 @@ class StateChecker {
   /// @throws std::invalid_argument when its states have the wrong size or are not finite.
   bool isMotionFree(const JointMotion& motion, double from = 0, double to = 1,
                     const Clearance& clearance = kPlannedClearance);
+  /// The same where the pairs that are not close keep `wide` clearance.
+  bool isMotionFree(const JointMotion& motion, const Clearance& clearance,
+                    const std::optional<Clearance>& wide);
   /// A pair that touches on the motion, if any.
   std::optional<BodyContact> hitAlong(const JointMotion& motion, double from = 0, double to = 1,
                                       const Clearance& clearance = kPlannedClearance);
@@ -126,6 +130,9 @@ class StateChecker {
   bool remount(const RobotVector& q);
   /// What moves as one is measured once per posture.
   void measureGroups();
+  void divideByClearance();
+  bool freeAlong(const PairList& pairs, const JointMotion& motion, double from, double to,
+                 const Clearance& clearance, BodyContact* hit);
   bool freeAlong(const JointMotion& motion, double from, double to, const Clearance& clearance,
                  BodyContact* hit);
 
@@ -137,10 +144,11 @@ class StateChecker {
   std::vector<MovingBody> moving_bodies_;  ///< the same bodies
   std::vector<int> moving_index_;          ///< by body; -1: stands still
   PairList pairs_;
-  std::uint64_t seen_changes_ = 0;  ///< of the world, at the last state asked
-  bool stale_ = true;               ///< the setup changed since
-  bool mounted_ = false;            ///< moving_bodies_ are those of the setup
-  bool measured_ = false;           ///< groups_ knows the balls of moving_bodies_
+  PairList close_pairs_, wide_pairs_;  ///< all of pairs_
+  std::uint64_t seen_changes_ = 0;     ///< of the world, at the last state asked
+  bool stale_ = true;                  ///< the setup changed since
+  bool mounted_ = false;               ///< moving_bodies_ are those of the setup
+  bool measured_ = false;              ///< groups_ knows the balls of moving_bodies_
   Pose X_GTool_ = Pose::Identity();
   Part tool_with_still_, tool_with_arm_, arm_with_all_;
 

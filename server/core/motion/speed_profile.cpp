@@ -188,6 +188,16 @@ void SpeedProfile::flattenPeaks(double window) {
   measureTime();
 }
 
+// q at a time within a cell.
+void SpeedProfile::fill(std::size_t cell, double t, double* q) const {
+  const double tau = t - t_[cell];
+  const double u = (x_[cell + 1] - x_[cell]) / (2 * path_.ds[cell]);
+  const double s = std::clamp((std::sqrt(x_[cell]) + 0.5 * u * tau) * tau, 0.0, path_.ds[cell]);
+  const double *from = &path_.q[cell * path_.dof], *q_s = &path_.q_s[cell * path_.dof],
+               *q_ss = &path_.curvature[cell * path_.dof];
+  for (std::size_t j = 0; j < path_.dof; ++j) q[j] = from[j] + (q_s[j] + 0.5 * q_ss[j] * s) * s;
+}
+
 Eigen::MatrixXd SpeedProfile::sample(double step) const {
   const auto dof = static_cast<Eigen::Index>(path_.dof);
   const auto steps = static_cast<Eigen::Index>(std::ceil(duration() / step - 1e-9));
@@ -196,16 +206,16 @@ Eigen::MatrixXd SpeedProfile::sample(double step) const {
   for (Eigen::Index k = 0; k < steps; ++k) {
     const double t = static_cast<double>(k) * step;
     while (i + 1 < path_.cells() && t_[i + 1] <= t) ++i;
-    const double tau = t - t_[i];
-    const double u = (x_[i + 1] - x_[i]) / (2 * path_.ds[i]);
-    const double s = std::clamp((std::sqrt(x_[i]) + 0.5 * u * tau) * tau, 0.0, path_.ds[i]);
-    const double *q = &path_.q[i * path_.dof], *q_s = &path_.q_s[i * path_.dof],
-                 *q_ss = &path_.curvature[i * path_.dof];
-    double* out = samples.col(k).data();
-    for (Eigen::Index j = 0; j < dof; ++j) out[j] = q[j] + (q_s[j] + 0.5 * q_ss[j] * s) * s;
+    fill(i, t, samples.col(k).data());
   }
   samples.col(steps) = Eigen::Map<const Eigen::VectorXd>(&*(path_.q.end() - dof), dof);
   return samples;
+}
+
+void SpeedProfile::at(double t, Eigen::Ref<Eigen::VectorXd> q) const {
+  t = std::clamp(t, 0.0, duration());
+  const auto after = std::upper_bound(t_.begin() + 1, t_.end() - 1, t);
+  fill(static_cast<std::size_t>(after - t_.begin()) - 1, t, q.data());
 }
 
 double SpeedProfile::timeAt(double s) const {
@@ -218,6 +228,16 @@ double SpeedProfile::timeAt(double s) const {
     s -= path_.ds[i];
   }
   return duration();
+}
+
+double SpeedProfile::speedAt(double s) const {
+  for (std::size_t i = 0; i < path_.cells(); ++i) {
+    if (s < path_.ds[i]) {
+      return std::sqrt(std::max(0.0, x_[i] + (x_[i + 1] - x_[i]) * std::max(0.0, s) / path_.ds[i]));
+    }
+    s -= path_.ds[i];
+  }
+  return 0;
 }
 
 }  // namespace handover

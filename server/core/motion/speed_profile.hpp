@@ -38,6 +38,11 @@ class SpeedProfile {
 
   /// When the path is at s [rad] from its start.
   double timeAt(double s) const;
+  /// How fast it passes there [rad/s].
+  double speedAt(double s) const;
+
+  /// q at a time, clamped to [0, duration()].
+  void at(double t, Eigen::Ref<Eigen::VectorXd> q) const;
 
  private:
   // Two-sided bound on u, linear in x: |u + slope x| <= reach.
@@ -62,6 +67,7 @@ class SpeedProfile {
   void forward();
   void measureTime();
   bool allowed(std::size_t cell, double x, double next) const;
+  void fill(std::size_t cell, double t, double* q) const;
   std::size_t flattenPeak(std::size_t peak, double window);
 
   const CornerPath& path_;

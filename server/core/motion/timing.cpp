@@ -167,16 +167,6 @@ KnotRange aroundCorner(const Smoothed& motion, const Corner& corner, double star
   return range;
 }
 
-// Slows the whole curve until the limits hold for the numbers as they are: by rounding, no more.
-void keepLimits(TimedPath& path, const TimingLimits& limits) {
-  for (int round = 0; round < 20; ++round) {
-    const LimitUse use = limitUse(path, limits);
-    if (use.velocity <= 1 && use.acceleration <= 1 && use.jerk <= 1) return;
-    const double over = std::max({use.velocity, std::sqrt(use.acceleration), std::cbrt(use.jerk)});
-    stretchTime(path, over * (1 + 1e-12 * (1 << round)));
-  }
-}
-
 // Times the points from rest to rest without a stop; `junctions` gets one entry per corner asked
 // for (rising indices of points).
 Result<TimedPath> timeMoving(const std::vector<VectorXd>& points,

@@ -131,4 +131,13 @@ void stretchTime(TimedPath& path, double factor) {
   for (VectorXd& qdd : path.qdd) qdd /= factor * factor;
 }
 
+void keepLimits(TimedPath& path, const TimingLimits& limits) {
+  for (int round = 0; round < 20; ++round) {
+    const LimitUse use = limitUse(path, limits);
+    if (use.velocity <= 1 && use.acceleration <= 1 && use.jerk <= 1) return;
+    const double over = std::max({use.velocity, std::sqrt(use.acceleration), std::cbrt(use.jerk)});
+    stretchTime(path, over * (1 + 1e-12 * (1 << round)));
+  }
+}
+
 }  // namespace handover

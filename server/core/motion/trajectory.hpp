@@ -52,4 +52,8 @@ void append(TimedPath& path, const TimedPath& next);
 /// The same curve, slower by `factor` > 0.
 void stretchTime(TimedPath& path, double factor);
 
+/// Slows the whole curve until the limits of velocity, acceleration and jerk hold for the numbers
+/// as they are.
+void keepLimits(TimedPath& path, const TimingLimits& limits);
+
 }  // namespace handover

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/planning/chain_search.hpp"
 
+#include "core/planning/plan_cost.hpp"
 #include "core/planning/plan_rules.hpp"
 
 #include <handover/common/check.hpp>
@@ -273,6 +274,10 @@ const ChainSearch::Lattice& ChainSearch::latticeOf(std::size_t handover) {
   return *lattice;
 }
 
+const std::vector<LatticePoint>& ChainSearch::points(std::size_t handover) {
+  return latticeOf(handover).all;
+}
+
 /// The giver's grasps at a handover: those it can take the object with, as far as that is known.
 const PrunedGrasps& ChainSearch::takesOf(std::size_t handover) {
   if (handover == 0) return takes_left_;
@@ -402,7 +407,10 @@ bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most
     }
     const auto& stages = std::get<std::vector<TimedStage>>(timed);
     const auto schedule = scheduleStages(motions_.context(), stages);
+    state_.tuple = tuples[i];
     state_.plan = assemblePlan(state_.problem, motions_.context(), path, stages, schedule);
+    setCost(state_.problem, path.holders.back().dexterity.give,
+            place_order_.front()->manipulability, state_.plan->solution);
     state_.broken = brokenRules(state_.problem, *state_.plan, state_.world);
     return true;
   }
@@ -528,25 +536,6 @@ bool ChainSearch::connectFirst(TransportTuple tuple, const PrunedGrasps& give) {
   backOut(0, pose_dropped);
   return solved;
 }
-
-namespace {
-
-/// The pose of the object at a handover, for the receiver's grasp.
-/// @param object_on_point  the object is on the lattice point, as the paper has it; else the tool.
-Pose handoverPose(const Manipulator& giver, const Manipulator& receiver, const Grasp& grasp,
-                  const Pose& X_WO_give, const Eigen::Vector3d& p_W, const ApproachOffset& offset,
-                  bool object_on_point) {
-  const Pose X_WT_give = X_WO_give * grasp.X_OT;
-  Pose X_WT = Pose::Identity();
-  X_WT.linear() = handoverRotation(X_WT_give.linear(), receiver.arm_model->approach_axis,
-                                   giver.map.p_WShoulder, receiver.map.p_WShoulder, offset);
-  if (!object_on_point) X_WT.translation() = p_W;
-  Pose X_WH = X_WT * grasp.X_OT.inverse();
-  if (object_on_point) X_WH.translation() = p_W;
-  return X_WH;
-}
-
-}  // namespace
 
 /// A handover before the chain's last one, with what follows it settled.
 bool ChainSearch::searchInner(std::size_t handover, Node& node) {

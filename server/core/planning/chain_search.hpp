@@ -46,6 +46,7 @@ struct SearchState {
   std::uint32_t motion_attempts = 0, grasp_attempts = 0;
   std::uint32_t failed_trees = 0;  ///< searches for a free motion that found nothing
   std::optional<TransportPlan> plan;
+  TransportTuple tuple;             ///< of the plan
   std::vector<std::string> broken;  ///< rules that the plan breaks
 
   bool wide() const { return problem.search == SearchWidth::kWide; }
@@ -98,6 +99,9 @@ class ChainSearch {
   bool search(SearchTier tier);
 
   std::size_t holders() const { return motions_.holders().size(); }
+
+  /// Where a handover's giver and receiver may meet, the best points first.
+  const std::vector<LatticePoint>& points(std::size_t handover);
 
   const std::vector<ChainHolder>& arms() const { return arms_; }
 

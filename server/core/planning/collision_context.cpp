@@ -49,7 +49,20 @@ CollisionContext::CollisionContext(const TransportProblem& problem,
       object_(problem.scene->findObject(problem.task.object)),
       object_body_(problem.collision->objectBody(object_)),
       start_rest_(bodiesOf(problem, problem.task.start_rest)),
-      goal_rest_(bodiesOf(problem, problem.task.goal_rest)) {}
+      goal_rest_(bodiesOf(problem, problem.task.goal_rest)),
+      of_hand_(static_cast<std::size_t>(problem.collision->bodies())) {
+  for (const Manipulator* holder : holders_) {
+    for (const BodyId body : holder->hand_bodies) of_hand_[body] = true;
+  }
+  for (int body = 0; body < problem.collision->bodies(); ++body) {
+    carriers_.push_back(problem.collision->robotOf(BodyId(body)));
+  }
+  for (std::size_t o = 0; o < problem.scene->objects.size(); ++o) {
+    const std::optional<Attachment>& attached = problem.scene->objects[o].attached_to;
+    const BodyId body = problem.collision->objectBody(ObjectId(o));
+    if (attached && body.valid()) carriers_[body] = attached->robot;
+  }
+}
 
 CellState CollisionContext::startState() const {
   CellState state;
@@ -94,6 +107,28 @@ StateChecker CollisionContext::make(const CellState& state, const Manipulator& m
   return checker;
 }
 
+/// Close to each other by nature: bodies of one robot and what it carries, the hands of a chain,
+/// and the object and who takes it or gives it.
+void CollisionContext::markClose(const Manipulator& mover, bool holding, BodyPairs& close) const {
+  const int bodies = problem_.collision->bodies();
+  for (int a = 0; a < bodies; ++a) {
+    const BodyId one(a);
+    if (one == object_body_) {
+      for (int b = 0; b < bodies; ++b) {
+        if (!holding || of_hand_[static_cast<std::size_t>(b)]) close.insert(one, BodyId(b));
+      }
+      continue;
+    }
+    if (carriers_[one] != mover.robot) continue;
+    for (int b = 0; b < bodies; ++b) {
+      const BodyId other(b);
+      if (other == object_body_) continue;
+      const bool hands = of_hand_[one] && of_hand_[other];
+      if (hands || carriers_[other] == mover.robot) close.insert(one, other);
+    }
+  }
+}
+
 const StateChecker& CollisionContext::pattern(const Manipulator& mover,
                                               const std::vector<DofId>& dofs, bool holding,
                                               const AllowedContacts& contacts) {
@@ -106,6 +141,7 @@ const StateChecker& CollisionContext::pattern(const Manipulator& mover,
   StateCheckerSetup setup(*problem_.collision, mover.robot, dofs);
   if (holding) setup.held = HeldObject{object_, mover.arm_model->tool_link, Pose::Identity()};
   forEachPartner(contacts, [&](BodyId body) { setup.allowed.insert(body, object_body_); });
+  markClose(mover, holding, setup.close);
   // Motions of the fingers have no tool that moves with them.
   if (dofs == mover.arm_model->dofs) setup.tool_link = mover.arm_model->tool_link;
   patterns_.push_back(

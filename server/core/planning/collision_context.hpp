@@ -85,6 +85,7 @@ class CollisionContext {
   /// Calls visit(body) for every body that may touch the object.
   template <typename Visit>
   void forEachPartner(const AllowedContacts& contacts, const Visit& visit) const;
+  void markClose(const Manipulator& mover, bool holding, BodyPairs& close) const;
   const StateChecker& pattern(const Manipulator& mover, const std::vector<DofId>& dofs,
                               bool holding, const AllowedContacts& contacts);
 
@@ -94,6 +95,8 @@ class CollisionContext {
   ObjectId object_;
   BodyId object_body_;
   std::vector<BodyId> start_rest_, goal_rest_;
+  std::vector<bool> of_hand_;      ///< by body: of one of the holders
+  std::vector<RobotId> carriers_;  ///< by body: the robot that it is a part of, or hangs on
   std::deque<Pattern> patterns_;
 };
 

@@ -63,13 +63,21 @@ void addSplits(const ArmVector& from, const ArmVector& to, std::vector<ArmVector
 
 }  // namespace
 
-MotionProblem FreeMotionSolver::problemOf(const Manipulator& arm, StateChecker& checker) const {
+std::optional<Clearance> skinClearance(double skin) {
+  constexpr double kProven = 0.93;  // of the skin, all along a motion that keeps it where looked at
+  if (skin <= 0) return std::nullopt;
+  return Clearance{skin, kProven * skin};
+}
+
+MotionProblem FreeMotionSolver::problemOf(const Manipulator& arm, StateChecker& checker,
+                                          double skin) const {
   MotionProblem motion;
   motion.lower = arm.kinematics->lower();
   motion.upper = arm.kinematics->upper();
   motion.valid = [&checker](const ArmVector& q) { return checker.valid(q); };
-  motion.valid_between = [&checker](const ArmVector& from, const ArmVector& to) {
-    return checker.isMotionFree(SegmentMotion(from, to));
+  motion.valid_between = [&checker, wide = skinClearance(skin)](const ArmVector& from,
+                                                                const ArmVector& to) {
+    return checker.isMotionFree(SegmentMotion(from, to), kPlannedClearance, wide);
   };
   motion.rounding = settings_.rounding;
   return motion;
@@ -105,6 +113,18 @@ std::optional<JointPath> FreeMotionSolver::roadmapPath(const Manipulator& arm,
   return lazyShortestPath(motion, from, to, std::move(vias), cost, settings, deadline_);
 }
 
+/// With the widest skin that gives one.
+std::optional<JointPath> FreeMotionSolver::wideRoadmapPath(
+    const Manipulator& arm, const ArmVector& from, const ArmVector& to, StateChecker& checker,
+    const std::vector<ArmVector>& known, std::uint32_t checks) const {
+  for (const double skin : settings_.skins) {
+    const MotionProblem motion = problemOf(arm, checker, skin);
+    if (!motion.valid_between(from, from) || !motion.valid_between(to, to)) continue;
+    if (auto path = roadmapPath(arm, motion, from, to, known, checks)) return path;
+  }
+  return roadmapPath(arm, problemOf(arm, checker, 0), from, to, known, checks);
+}
+
 std::optional<JointPath> FreeMotionSolver::treePath(const MotionProblem& motion,
                                                     const ArmVector& from, const GoalSampler& goals,
                                                     std::uint64_t seed, const SeedPaths& known,
@@ -128,38 +148,36 @@ std::optional<JointPath> FreeMotionSolver::treePath(const MotionProblem& motion,
 std::optional<JointPath> FreeMotionSolver::solve(const Manipulator& arm, const ArmVector& from,
                                                  const ArmVector& to, StateChecker& checker,
                                                  std::uint64_t seed, const SeedPaths& known) {
-  const MotionProblem motion = problemOf(arm, checker);
   if (!checker.valid(from) || !checker.valid(to)) return std::nullopt;
   // If a tree was needed last time, the few cheap attempts are skipped.
   const bool hard = known.from_start.size() > settings_.simple_path;
   const std::uint32_t checks = hard ? settings_.few_checks : settings_.most_checks;
-  if (auto path = roadmapPath(arm, motion, from, to, known.from_goal, checks)) return path;
+  if (auto path = wideRoadmapPath(arm, from, to, checker, known.from_goal, checks)) return path;
   const auto only_goal = [&](std::uint32_t i, ArmVector& q) {
     q = to;
     return i == 0;
   };
   std::uint32_t goal = 0;
-  return treePath(motion, from, only_goal, seed, known, goal);
+  return treePath(problemOf(arm, checker, 0), from, only_goal, seed, known, goal);
 }
 
 std::optional<JointPath> FreeMotionSolver::solveToAny(const Manipulator& arm, const ArmVector& from,
                                                       const GoalSampler& goals,
                                                       StateChecker& checker, std::uint64_t seed,
                                                       std::uint32_t& goal, std::uint32_t patience) {
-  const MotionProblem motion = problemOf(arm, checker);
   if (!checker.valid(from)) return std::nullopt;
   // Try a roadmap path to each goal before trees.
   ArmVector to;
   for (const std::uint32_t checks : {settings_.few_checks, settings_.most_checks}) {
     for (std::uint32_t i = 0; i < settings_.direct_goals && goals(i, to); ++i) {
       if (!checker.valid(to)) continue;
-      if (auto path = roadmapPath(arm, motion, from, to, {}, checks)) {
+      if (auto path = wideRoadmapPath(arm, from, to, checker, {}, checks)) {
         goal = i;
         return path;
       }
     }
   }
-  return treePath(motion, from, goals, seed, {}, goal, patience);
+  return treePath(problemOf(arm, checker, 0), from, goals, seed, {}, goal, patience);
 }
 
 }  // namespace handover

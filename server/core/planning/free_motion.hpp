@@ -12,6 +12,9 @@
 
 namespace handover {
 
+/// A skin as a clearance; nullopt: none.
+std::optional<Clearance> skinClearance(double skin);
+
 /// Paths found before in much the same world: configurations in the order in which they lead away
 /// from the start or from the goal.
 struct SeedPaths {
@@ -42,7 +45,12 @@ class FreeMotionSolver {
   std::uint32_t failedTrees() const { return failed_trees_; }
 
  private:
-  MotionProblem problemOf(const Manipulator& arm, StateChecker& checker) const;
+  /// @param skin  clearance of what is not close by nature; 0: that of every motion.
+  MotionProblem problemOf(const Manipulator& arm, StateChecker& checker, double skin) const;
+  std::optional<JointPath> wideRoadmapPath(const Manipulator& arm, const ArmVector& from,
+                                           const ArmVector& to, StateChecker& checker,
+                                           const std::vector<ArmVector>& known,
+                                           std::uint32_t checks) const;
   std::vector<ArmVector> viasBetween(const Manipulator& arm, const ArmVector& from,
                                      const ArmVector& to) const;
   std::optional<JointPath> roadmapPath(const Manipulator& arm, const MotionProblem& motion,

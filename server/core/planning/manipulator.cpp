@@ -65,6 +65,19 @@ double travelTime(const Manipulator& manipulator, const ArmVector& from, const A
   return ((to - from).cwiseAbs().array() / manipulator.kinematics->velocity().array()).maxCoeff();
 }
 
+Pose handoverPose(const Manipulator& giver, const Manipulator& receiver, const Grasp& grasp,
+                  const Pose& X_WO_give, const Eigen::Vector3d& p_W, const ApproachOffset& offset,
+                  bool object_on_point) {
+  const Pose X_WT_give = X_WO_give * grasp.X_OT;
+  Pose X_WT = Pose::Identity();
+  X_WT.linear() = handoverRotation(X_WT_give.linear(), receiver.arm_model->approach_axis,
+                                   giver.map.p_WShoulder, receiver.map.p_WShoulder, offset);
+  if (!object_on_point) X_WT.translation() = p_W;
+  Pose X_WH = X_WT * grasp.X_OT.inverse();
+  if (object_on_point) X_WH.translation() = p_W;
+  return X_WH;
+}
+
 Manipulator makeManipulator(const TransportProblem& problem, RobotId robot, ArmId arm) {
   const RobotResources& resources = problem.resources[robot];
   Manipulator it;

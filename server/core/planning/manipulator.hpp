@@ -84,6 +84,13 @@ class MayHold {
 /// How long [s] the slowest joint is under way between two configurations, at its speed limit.
 double travelTime(const Manipulator& manipulator, const ArmVector& from, const ArmVector& to);
 
+/// The object's pose at a handover for the receiver's grasp, whose hand is turned from how it gives
+/// the object on with X_WO_give ([paper] Alg. 3).
+/// @param object_on_point  the object is on the lattice point, as the paper has it; else the tool.
+Pose handoverPose(const Manipulator& giver, const Manipulator& receiver, const Grasp& grasp,
+                  const Pose& X_WO_give, const Eigen::Vector3d& p_W, const ApproachOffset& offset,
+                  bool object_on_point);
+
 /// One arm of a scene's robot. @pre indices are valid; the arm has a hand.
 Manipulator makeManipulator(const TransportProblem& problem, RobotId robot, ArmId arm);
 

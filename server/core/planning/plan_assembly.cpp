@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/planning/plan_assembly.hpp"
 
+#include "core/planning/plan_quality.hpp"
+
 #include <algorithm>
 #include <limits>
 
@@ -136,7 +138,7 @@ TransportPlan assemblePlan(const TransportProblem& problem, CollisionContext& co
   for (const HolderPath& holder : path.holders) plan.solution.holders.push_back(holderOf(holder));
   for (const Pose& X_WH : path.X_WH) plan.solution.X_WO_handovers.push_back(toValue(X_WH));
   plan.solution.stage_count = static_cast<std::uint32_t>(timed.size());
-  plan.solution.cost = -path.holders.back().dexterity.give;
+  plan.solution.quality = qualityOf(problem, path, timed, schedule);
 
   const bool held = problem.task.held_by.has_value();
   PlanTimes times = timesOf(timed, schedule, path.holders.size());

@@ -3,6 +3,7 @@
 
 #include "core/planning/arm_selection.hpp"
 #include "core/planning/chain_search.hpp"
+#include "core/planning/plan_improvement.hpp"
 #include "core/planning/scene_validity.hpp"
 
 #include <algorithm>
@@ -190,14 +191,14 @@ class TransportSearch {
       }
       for (const SearchTier tier : {SearchTier::kPaper, SearchTier::kTool}) {
         if (tier == SearchTier::kTool && !state_.wide()) continue;
-        if (search.search(tier)) return solved(chain);
+        if (search.search(tier)) return solved(search);
         if (state_.over()) return ended();
       }
     }
     if (!state_.wide()) return std::nullopt;
     for (const SearchTier tier : {SearchTier::kTurned, SearchTier::kScattered}) {
       for (ChainSearch& search : searches) {
-        if (search.search(tier)) return solved(search.arms());
+        if (search.search(tier)) return solved(search);
         if (state_.over()) return ended();
       }
     }
@@ -234,13 +235,23 @@ class TransportSearch {
   }
 
   /// A deadline that passed on the way ended the shortening of motions: not complete then.
-  Outcome solved(const Chain& chain) {
+  Outcome solved(ChainSearch& search) {
     if (!state_.broken.empty()) return heldBack();
     if (state_.deadline.state() == Deadline::State::kCancelled) return Cancelled{};
-    state_.sink.emit(std::move(state_.plan->solution));
-    for (auto& trajectory : state_.plan->trajectories) state_.sink.emit(std::move(trajectory));
-    if (chain.size() == 2) noteIfOneArmWouldDo(chain.front());
-    return Done{0, !state_.over()};
+    const bool further = problem_.search == SearchWidth::kWide && !state_.over();
+    std::uint32_t best = 0;
+    if (further && problem_.mode == SearchMode::kAll) {
+      rankPlans(state_, search);
+    } else {
+      state_.sink.emit(state_.plan->solution);
+      for (const StageTrajectory& trajectory : state_.plan->trajectories) {
+        state_.sink.emit(trajectory);
+      }
+      if (further && problem_.mode == SearchMode::kBest) best = improvePlan(state_, search);
+    }
+    if (state_.deadline.state() == Deadline::State::kCancelled) return Cancelled{};
+    if (search.holders() == 2) noteIfOneArmWouldDo(search.arms().front());
+    return Done{best, !state_.over()};
   }
 
   /// A plan that breaks a rule is a fault of ours.

@@ -8,11 +8,17 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace handover {
 
+/// Clearances of free motions to all that is not close by nature [m], the first that gives one.
+/// From none on, that of every motion is enough.
+using Skins = std::vector<double>;
+
 /// Paths of arms that are not straight lines of the tool.
 struct FreeMotionSettings {
+  Skins skins;
   std::uint32_t rrt_iterations = 1000;  ///< 600 left 3 of 400 draws without a path, 2000 none more
   /// Once so many trees of a request have failed, the next get fewer iterations: nine of ten
   /// requests that are solved at all have seen fewer fail. To go on falling lost 2 of 100 draws.
@@ -48,6 +54,33 @@ struct PruneEffort {
   std::size_t configurations = 12;  ///< tested before the grasp is given up
   bool proof = false;  ///< hands are tested, too, where joint limits alone stand against the arm
   bool operator==(const PruneEffort&) const = default;
+};
+
+/// Modes best and all: how long they go on after the first plan, in counts.
+struct ImprovementSettings {
+  std::uint32_t looks = 4'000;  ///< candidates asked whether both arms reach them, per round
+  std::uint32_t poses = 24;     ///< of these, whose grasps are pruned
+  std::size_t plans = 9;        ///< tuples whose motions are sought
+  std::size_t plans_ranked = 16, ranked = 10;  ///< mode all: so many of them, and sent
+  std::size_t per_pose = 2;                    ///< of one pose
+  int rounds = 2;                      ///< the first anywhere, the others near the best so far
+  double near = 0.15;                  ///< [m]
+  std::size_t places = 3;              ///< configurations of a grasp at the goal
+  std::uint32_t rrt_iterations = 150;  ///< of trees, which take the most time
+  Skins skins{0.022, 0.012, 0.006};    ///< a little more than what is asked of a plan
+};
+
+/// What a second is worth (design §7, Objective): `balanced` adds these to a plan's duration.
+struct CostWeights {
+  double clearance = 3;  ///< [s] of each kind, at none; from `wide` on 0
+  double wide = 0.020;   ///< [m]
+  double grip = 4;       ///< [s] of the weaker one at none, from `firm` of its set's best on 0
+  double firm = 0.5;
+  double turn = 0.5;  ///< [s] per quarter turn of the object beyond the least
+  double limit = 2;   ///< [s] of a joint at its limit, from `margin` of its range on 0
+  double margin = 0.05;
+  double dexterous = 0.8;  ///< of the best placing's manipulability; below that: `clumsy`
+  double clumsy = 1000;    ///< [s]
 };
 
 struct SearchSettings {
@@ -106,6 +139,10 @@ struct SearchSettings {
   std::uint32_t most_inner_poses = 3'000;  ///< of a chain; up to 2,445 were needed
   std::uint32_t inner_failures = 2;
   std::size_t most_auto_holders = 4;  ///< design §1
+  /// What is found for one tuple depends on it alone, whatever was tried before.
+  bool independent = false;
+  ImprovementSettings improvement;
+  CostWeights cost;
 };
 
 }  // namespace handover

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/planning/stage_timing.hpp"
 
+#include "core/motion/through_timing.hpp"
 #include "core/planning/timed_motion.hpp"
 
 #include <algorithm>
@@ -13,6 +14,9 @@ namespace handover {
 namespace {
 
 constexpr std::array<double, 3> kBlends{0.05, 0.01, 0.001};  // corner deviations tried [rad]
+// Of the straight ways to and from the object, kept to by curves that leave the polyline.
+constexpr std::array<double, 4> kLineShares{0.2, 0.4, 0.7, 1};
+constexpr std::array<double, 5> kPulls{1, 0.75, 0.5, 0.25, 0};  // of waypoints, tried
 
 /// Of a way, by its length.
 struct Part {
@@ -110,6 +114,7 @@ class BlockTimer {
 
   std::variant<std::vector<TimedStage>, MotionFailure> time() {
     if (stages_.front().dofs.empty()) return std::vector<TimedStage>{timeSuction()};
+    if (auto timed = timeThrough()) return std::move(*timed);
     for (const Part& part : kFingerParts) {
       finger_part_ = part;
       if (auto timed = timeAll()) return std::move(*timed);
@@ -197,7 +202,133 @@ class BlockTimer {
     const std::vector<DofId> dofs = dofsOf(stages_.front(), has_fingers_);
     const auto joined =
         parameterizeJoined(lines, limitsOf(*stages_.front().mover->model, dofs), settingsOf(blend));
-    if (!joined) return std::nullopt;
+    return joined ? cutAll(*joined, dofs) : std::nullopt;
+  }
+
+  /// Curves that keep to the lines alone, or to the part of them next to the object: the quickest
+  /// that is free.
+  std::optional<std::vector<TimedStage>> timeThrough() {
+    std::vector<MovementPart> parts;
+    std::optional<JointsAside> aside;
+    int free = 0;
+    for (const StagePath& stage : stages_) {
+      const StageType type = typeOf(stage.stage.action);
+      if (type == StageType::kFree) ++free;
+      if (stage.fingers && stage.fingers->from != stage.fingers->to) {
+        aside = {parts.size(), stage.fingers->from, stage.fingers->to};
+      }
+      parts.push_back({stage.waypoints, type == StageType::kLinear});
+    }
+    const bool straight = parts.size() == 1 && parts.front().waypoints.size() < 3;
+    if (free != 1 || straight) return std::nullopt;
+    const std::vector<DofId> dofs = dofsOf(stages_.front(), aside.has_value());
+    const TimingLimits limits = limitsOf(*stages_.front().mover->model, dofs);
+    std::vector<ThroughMovement> movements;
+    for (const double share : kLineShares) {
+      const std::vector<MovementPart> shorter = shortened(parts, share);
+      for (const double pull : kPulls) {
+        ThroughMovement movement(pulled(shorter, pull), aside, limits, kBlends[0], 1);
+        if (movement.found()) movements.push_back(std::move(movement));
+        if (!hasWaypoints(shorter)) break;
+      }
+      if (parts.size() == 1) break;
+    }
+    std::stable_sort(movements.begin(), movements.end(),
+                     [](const auto& a, const auto& b) { return a.duration() < b.duration(); });
+    return cheapest(movements, dofs);
+  }
+
+  /// Of movements, the quickest first, the one that is worth most with what it keeps clear of.
+  std::optional<std::vector<TimedStage>> cheapest(const std::vector<ThroughMovement>& movements,
+                                                  const std::vector<DofId>& dofs) {
+    std::optional<std::vector<TimedStage>> best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const ThroughMovement& movement : movements) {
+      if (movement.duration() >= least) break;
+      auto timed = cutAll(movement.timing(settingsOf(kBlends[0])), dofs);
+      if (!timed) continue;
+      const double cost = movement.duration() + priceOf(*timed);
+      if (cost >= least) continue;
+      least = cost;
+      best = std::move(timed);
+    }
+    return best;
+  }
+
+  /// [s] that what free stages pass closely is worth.
+  double priceOf(const std::vector<TimedStage>& timed) {
+    const CostWeights& weights = problem_.settings.cost;
+    double price = 0;
+    for (const TimedStage& stage : timed) {
+      if (typeOf(stage.stage->stage.action) != StageType::kFree) continue;
+      price =
+          std::max(price, weights.clearance * (1 - std::min(1.0, skinOf(stage) / weights.wide)));
+    }
+    return price;
+  }
+
+  /// The widest skin that a stage keeps; none asked for: enough.
+  double skinOf(const TimedStage& timed) {
+    const StagePath& stage = *timed.stage;
+    const Skins& skins = problem_.settings.free_motion.skins;
+    if (skins.empty()) return problem_.settings.cost.wide;
+    StateChecker checker =
+        context_.make(stage.state, *stage.mover, timed.dofs, allowedContacts(stage.stage));
+    const TimedMotion motion(timed.path);
+    for (const double skin : skins) {
+      if (checker.isMotionFree(motion, kTimedClearance, skinClearance(skin))) return skin;
+    }
+    return 0;
+  }
+
+  /// The lines cut to their share next to the object; the free part takes up where they now end.
+  static std::vector<MovementPart> shortened(std::vector<MovementPart> parts, double share) {
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (!parts[i].line) continue;
+      std::vector<Eigen::VectorXd>& line = parts[i].waypoints;
+      const auto kept = std::max<std::size_t>(
+          2, static_cast<std::size_t>(std::lround(share * static_cast<double>(line.size()))));
+      if (kept >= line.size()) continue;
+      if (i + 1 < parts.size() && !parts[i + 1].line) {
+        line.resize(kept);
+        parts[i + 1].waypoints.front() = line.back();
+      } else {
+        line.erase(line.begin(), line.end() - static_cast<std::ptrdiff_t>(kept));
+        parts[i - 1].waypoints.back() = line.front();
+      }
+    }
+    return parts;
+  }
+
+  static bool hasWaypoints(const std::vector<MovementPart>& parts) {
+    return std::any_of(parts.begin(), parts.end(), [](const MovementPart& part) {
+      return !part.line && part.waypoints.size() > 2;
+    });
+  }
+
+  /// The waypoints of the free part nearer by a share to the straight way between its ends; at 1
+  /// left out: often only the polyline needs them.
+  static std::vector<MovementPart> pulled(std::vector<MovementPart> parts, double share) {
+    for (MovementPart& part : parts) {
+      if (part.line) continue;
+      std::vector<Eigen::VectorXd>& points = part.waypoints;
+      const Eigen::VectorXd from = points.front(), way = points.back() - from;
+      if (share >= 1 || way.squaredNorm() == 0) {
+        points = {from, points.back()};
+        continue;
+      }
+      for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+        const double along = std::clamp((points[i] - from).dot(way) / way.squaredNorm(), 0.0, 1.0);
+        points[i] += share * (from + along * way - points[i]);
+      }
+    }
+    return parts;
+  }
+
+  /// A joined curve as stages; nullopt where one of them may not be so.
+  std::optional<std::vector<TimedStage>> cutAll(const JoinedTiming& joined_curve,
+                                                const std::vector<DofId>& dofs) {
+    const JoinedTiming* joined = &joined_curve;
     std::vector<TimedStage> timed;
     std::size_t first = 0;
     for (std::size_t i = 0; i < stages_.size(); ++i) {

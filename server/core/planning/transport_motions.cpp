@@ -268,7 +268,9 @@ std::optional<TransportMotions::PlaceMotion> TransportMotions::placeAt(const Fea
 
 const std::optional<TransportMotions::PlaceMotion>& TransportMotions::placeMotion(
     const FeasibleGrasp& give) {
-  const auto [entry, fresh] = places_.try_emplace(give.grasp);
+  const ArmVector& first = give.configurations.front();
+  const auto [entry, fresh] =
+      places_.try_emplace({give.grasp, std::vector<double>(first.begin(), first.end())});
   const std::size_t most = std::min(give.configurations.size(), problem_.settings.configurations);
   for (std::size_t i = 0; fresh && i < most && !entry->second; ++i) {
     entry->second = placeAt(give, give.configurations[i]);
@@ -459,7 +461,7 @@ std::optional<JointPath> TransportMotions::homePath(std::size_t holder, const Tr
 }
 
 bool TransportMotions::knownToFail(const TransportTuple& tuple, const Motions& motions) const {
-  if (last() == 0) return false;
+  if (last() == 0 || problem_.settings.independent) return false;
   const ArmVector q = takeConfiguration(last(), motions);
   return std::any_of(failed_carries_.begin(), failed_carries_.end(), [&](const FailedCarry& it) {
     return it.place == tuple.holders.back().give.grasp && it.q == q;

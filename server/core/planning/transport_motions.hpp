@@ -180,8 +180,9 @@ class TransportMotions {
   CollisionContext context_, spare_context_;
   FreeMotionSolver free_motion_;
   CellState start_;
-  std::map<int, Pick> picks_;                         ///< by the first holder's grasp
-  std::map<int, std::optional<PlaceMotion>> places_;  ///< by the last holder's grasp
+  std::map<int, Pick> picks_;  ///< by the first holder's grasp
+  /// By the last holder's grasp, and the first of its configurations.
+  std::map<std::pair<int, std::vector<double>>, std::optional<PlaceMotion>> places_;
   std::vector<FailedCarry> failed_carries_;
 
   /// Two grasps at one handover.

@@ -30,8 +30,9 @@ struct TransportProblem {
   std::shared_ptr<const CollisionScene> collision;
   SceneTask task;                         ///< with the request's chain
   std::vector<RobotResources> resources;  ///< per robot of the scene
-  SearchMode mode = SearchMode::kBest;
+  SearchMode mode = SearchMode::kFirst;
   SearchWidth search = SearchWidth::kWide;
+  Objective objective = Objective::kDexterity;
   std::uint64_t seed = 1;
   double speed_scale = 1.0;
   SearchSettings settings;
