@@ -67,8 +67,8 @@ double LeastTimeMotion::Ramp::velocityAt(double t) const {
 /// With the least acceleration that arrives at `time`, coasting for `coast` at least in between.
 std::optional<LeastTimeMotion::Ramp> LeastTimeMotion::ramp(const JointEnds& ends, double time,
                                                            const JointLimits& limits) {
-  const auto& [q, v, q_to, v_to] = ends;
-  const double way = q_to - q, change = v_to - v;
+  const double q = ends.q, v = ends.v, v_to = ends.v_to;
+  const double way = ends.q_to - q, change = v_to - v;
   if (time <= 0) {
     if (std::abs(way) > kRounding || std::abs(change) > kRounding) return std::nullopt;
     return Ramp{q, v, 0, 0, 0};
