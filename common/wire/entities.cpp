@@ -46,6 +46,7 @@ constexpr TopicRow kTopics[] = {{TopicId::kRequest, kRequestTopic},
                                 {TopicId::kCancel, "handover/v1/cancel"},
                                 {TopicId::kEvent, "handover/v1/event"},
                                 {TopicId::kStatus, "handover/v1/status"},
+                                {TopicId::kLeader, "handover/v1/leader"},
                                 {TopicId::kProbe, "handover/v1/probe"}};
 constexpr std::size_t kTopicCount = std::size(kTopics);
 
@@ -71,6 +72,9 @@ dds::TypeSupport makeType(TopicId id) {
       break;
     case TopicId::kStatus:
       type = new MessageType<msg::DaemonStatusPubSubType>;
+      break;
+    case TopicId::kLeader:
+      type = new MessageType<msg::LeaderPubSubType>;
       break;
     case TopicId::kProbe:
       type = new MessageType<msg::ProbePubSubType>;
@@ -144,6 +148,10 @@ void configureTopic(Qos& qos, TopicId topic, int instances) {
     limits(qos.resource_limits(), instances, 1);
   }
   qos.data_sharing().off();
+  if (topic != TopicId::kLeader) return;
+  qos.ownership().kind = dds::EXCLUSIVE_OWNERSHIP_QOS;
+  qos.liveliness().kind = dds::MANUAL_BY_TOPIC_LIVELINESS_QOS;
+  qos.liveliness().lease_duration = {0, 1'000'000 * static_cast<std::uint32_t>(kLeaderLease.count())};
 }
 
 /// The partition of a publisher or subscriber; its entities start when they are told to.
@@ -153,7 +161,7 @@ void configureGroup(Qos& qos, const EntityOptions& options) {
   qos.entity_factory().autoenable_created_entities = false;
 }
 
-dds::DataWriterQos writerQos(TopicId topic, const std::string& user_data) {
+dds::DataWriterQos writerQos(TopicId topic, const EntityOptions& options) {
   dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
   configureTopic(qos, topic, topic == TopicId::kEvent ? kAnswersPerWriter : kInstancesPerWriter);
   qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
@@ -162,7 +170,9 @@ dds::DataWriterQos writerQos(TopicId topic, const std::string& user_data) {
   // A remote reader with a content filter crashes writers of this version on samples from 8 KB on.
   qos.writer_resource_limits().reader_filters_allocation.initial = 0;
   qos.writer_resource_limits().reader_filters_allocation.maximum = 0;
-  qos.user_data().setValue(std::vector<rtps::octet>(user_data.begin(), user_data.end()));
+  qos.user_data().setValue(
+      std::vector<rtps::octet>(options.user_data.begin(), options.user_data.end()));
+  if (topic == TopicId::kLeader) qos.ownership_strength().value = options.strength;
   return qos;
 }
 
@@ -332,7 +342,7 @@ struct WriterCore::Impl : public dds::DataWriterListener {
     publisher = expect(parent->participant->create_publisher(qos), "DDS publisher");
     expect(publisher->enable(), "enabling a publisher");
     writer = expect(publisher->create_datawriter(parent->topic(topic),
-                                                 writerQos(topic, options.user_data), this),
+                                                 writerQos(topic, options), this),
                     "DDS writer");
     expect(writer->enable(), "enabling a writer");
   }
