@@ -68,6 +68,8 @@ struct Client::Impl {
   std::deque<Arrival> arrivals HANDOVER_GUARDED_BY(mutex);
   /// Of participants that have not announced a daemon.
   std::deque<Arrival> held HANDOVER_GUARDED_BY(mutex);
+  /// Of leaders that were followed by one that is there.
+  std::deque<Arrival> outdated HANDOVER_GUARDED_BY(mutex);
   OnEvent on_watched HANDOVER_GUARDED_BY(mutex);
   bool interrupted HANDOVER_GUARDED_BY(mutex) = false;
   bool stopping HANDOVER_GUARDED_BY(mutex) = false;
@@ -158,6 +160,10 @@ struct Client::Impl {
     if (match.gained) return;
     const MutexLock lock(mutex);
     known_daemons.lose(match.peer);
+    // Who has followed them may be gone.
+    for (const auto& [id, state] : pending) state->outdated.clear();
+    std::move(outdated.begin(), outdated.end(), std::back_inserter(arrivals));
+    outdated.clear();
     changed.notify_all();
   }
 
@@ -401,6 +407,10 @@ struct Client::Impl {
       return taken;
     }
     if (state.dropped.contains(event->answer_id)) return {};
+    if (known_daemons.announced(state.from) && state.isOutdated(*event)) {
+      if (outdated.size() < kMostHeld) outdated.push_back(arrival);
+      return {};
+    }
     taken.restart = state.answer != event->answer_id && state.begin(event->answer_id);
     if (event->sequence < state.next_sequence) return {};
     if (event->sequence > state.next_sequence) {
@@ -408,7 +418,7 @@ struct Client::Impl {
                     std::to_string(event->sequence);
       return taken;
     }
-    state.note(*event, arrival.at);
+    state.note(*event, arrival.writer, arrival.at);
     taken.late_cancel = state.next_sequence == 1 && state.cancel_wanted;
     changed.notify_all();
     return taken;
@@ -451,6 +461,7 @@ struct Client::Impl {
       writer = std::move(state->writer);
       const auto found = pending.find(state->request.id);
       if (found != pending.end() && found->second == state) pending.erase(found);
+      std::erase_if(outdated, [&](const auto& each) { return each.id == state->request.id; });
       changed.notify_all();
     }
     if (writer != nullptr) writer->dispose(wire::encode(state->request));

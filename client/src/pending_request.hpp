@@ -29,6 +29,9 @@ struct PlanHandle::State {
   Clock::time_point asked_at{};                 ///< for the last time
   std::optional<AnswerId> answer;               ///< the one that is taken
   std::set<AnswerId> dropped;                   ///< those before it: their daemons may still write
+  std::uint64_t epoch = 0;                      ///< of the leader whose answer is taken
+  wire::Guid from{};                            ///< its events' writer
+  std::set<AnswerId> outdated;                  ///< of leaders before it
   std::optional<Clock::time_point> planned_at;  ///< the first whole plan was there
   std::optional<Clock::time_point> failed_at;   ///< why there is none
   std::map<std::uint32_t, std::uint32_t> stages_missing;  ///< by solution
@@ -40,8 +43,11 @@ struct PlanHandle::State {
 
   /// Forgets the answer so far; true when there was one.
   bool begin(const AnswerId& id);
+  /// True when an event is of a leader that another one, whose answer is taken, has followed: it
+  /// was stopped and goes on.
+  bool isOutdated(const PlanEvent& event);
   /// Notes what the next event of the answer means for the request.
-  void note(const PlanEvent& event, Clock::time_point at);
+  void note(const PlanEvent& event, const wire::Guid& sender, Clock::time_point at);
 };
 
 }  // namespace handover::client

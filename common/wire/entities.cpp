@@ -42,12 +42,10 @@ struct TopicRow {
   const char* name;
 };
 
-constexpr TopicRow kTopics[] = {{TopicId::kRequest, kRequestTopic},
-                                {TopicId::kCancel, "handover/v1/cancel"},
-                                {TopicId::kEvent, "handover/v1/event"},
-                                {TopicId::kStatus, "handover/v1/status"},
-                                {TopicId::kLeader, "handover/v1/leader"},
-                                {TopicId::kProbe, "handover/v1/probe"}};
+constexpr TopicRow kTopics[] = {
+    {TopicId::kRequest, kRequestTopic},       {TopicId::kCancel, "handover/v1/cancel"},
+    {TopicId::kEvent, "handover/v1/event"},   {TopicId::kStatus, "handover/v1/status"},
+    {TopicId::kLeader, "handover/v1/leader"}, {TopicId::kProbe, "handover/v1/probe"}};
 constexpr std::size_t kTopicCount = std::size(kTopics);
 
 constexpr int kEventsPerAnswer = 4096;
@@ -151,7 +149,8 @@ void configureTopic(Qos& qos, TopicId topic, int instances) {
   if (topic != TopicId::kLeader) return;
   qos.ownership().kind = dds::EXCLUSIVE_OWNERSHIP_QOS;
   qos.liveliness().kind = dds::MANUAL_BY_TOPIC_LIVELINESS_QOS;
-  qos.liveliness().lease_duration = {0, 1'000'000 * static_cast<std::uint32_t>(kLeaderLease.count())};
+  qos.liveliness().lease_duration = {0,
+                                     1'000'000 * static_cast<std::uint32_t>(kLeaderLease.count())};
 }
 
 /// The partition of a publisher or subscriber; its entities start when they are told to.
@@ -341,9 +340,9 @@ struct WriterCore::Impl : public dds::DataWriterListener {
     configureGroup(qos, options);
     publisher = expect(parent->participant->create_publisher(qos), "DDS publisher");
     expect(publisher->enable(), "enabling a publisher");
-    writer = expect(publisher->create_datawriter(parent->topic(topic),
-                                                 writerQos(topic, options), this),
-                    "DDS writer");
+    writer =
+        expect(publisher->create_datawriter(parent->topic(topic), writerQos(topic, options), this),
+               "DDS writer");
     expect(writer->enable(), "enabling a writer");
   }
 

@@ -13,15 +13,19 @@ bool stays(const DaemonStatus& status) { return status.state != DaemonState::kSt
 
 }  // namespace
 
-void KnownDaemons::take(const Sample<msg::DaemonStatus>& sample) {
-  if (sample.message == nullptr) return lose(sample.writer);
+const DaemonStatus* KnownDaemons::take(const Sample<msg::DaemonStatus>& sample) {
+  if (sample.message == nullptr) {
+    lose(sample.writer);
+    return nullptr;
+  }
   const auto decoded = decode(*sample.message);
   const auto* status = std::get_if<DaemonStatus>(&decoded);
-  if (status == nullptr) return;
+  if (status == nullptr) return nullptr;
   const bool taken = std::any_of(by_writer_.begin(), by_writer_.end(), [&](const auto& entry) {
     return entry.first != sample.writer && entry.second.id == status->id;
   });
-  if (!taken) by_writer_[sample.writer] = *status;
+  if (taken) return nullptr;
+  return &(by_writer_[sample.writer] = *status);
 }
 
 void KnownDaemons::lose(const Guid& writer) { by_writer_.erase(writer); }

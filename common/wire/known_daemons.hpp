@@ -18,8 +18,9 @@ namespace handover::wire {
 /// its owner's lock guards it.
 class KnownDaemons {
  public:
-  /// Takes a daemon's latest status. What cannot be read is passed over.
-  void take(const Sample<msg::DaemonStatus>& sample);
+  /// Takes a daemon's latest status. What cannot be read is passed over. @return it, until the next
+  /// call; null where it was not taken.
+  const DaemonStatus* take(const Sample<msg::DaemonStatus>& sample);
 
   /// Forgets the daemon whose status writer was lost.
   void lose(const Guid& writer);

@@ -106,7 +106,8 @@ std::vector<msg::KeyValue> extensionsOf(const DaemonStatus& status) {
     add(out, "answer_ms_p95", decimal(status.answer_times->p95_ms));
   }
   add(out, "kept_requests", decimal(status.kept_requests));
-  addList(out, "roles", status.cells.size(), [&](std::size_t i) { return textOf(status.cells[i]); });
+  addList(out, "roles", status.cells.size(),
+          [&](std::size_t i) { return textOf(status.cells[i]); });
   addList(out, "answered", std::min(status.answered.size(), kMostAnswered),
           [&](std::size_t i) { return status.answered[i].hex(); });
   return out;

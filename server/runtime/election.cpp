@@ -21,10 +21,12 @@ void Election::stand(const std::vector<std::string>& cells, Clock::time_point no
   std::map<CellKey, Cell> standing;
   for (const std::string& name : cells) {
     const CellKey key = cellKey(name);
-    const auto found = cells_.find(key);
-    standing[key] = found == cells_.end()
-                        ? Cell{.name = name, .free_at = now + times_.settle, .claimed_at = {}}
-                        : std::move(found->second);
+    if (const auto found = cells_.find(key); found != cells_.end()) {
+      standing[key] = std::move(found->second);
+    } else {
+      standing[key].name = name;
+      standing[key].free_at = now + times_.settle;
+    }
   }
   cells_ = std::move(standing);
 }
@@ -40,8 +42,8 @@ void Election::heard(const Claim& claim, Clock::time_point now) {
   cell.highest = std::max(cell.highest, claim.epoch);
   if (alive(cell, now) && cell.rival->claim.daemon != claim.daemon) {
     const Claim& known = cell.rival->claim;
-    const bool stronger = claim.epoch != known.epoch ? claim.epoch > known.epoch
-                                                     : claim.daemon < known.daemon;
+    const bool stronger =
+        claim.epoch != known.epoch ? claim.epoch > known.epoch : claim.daemon < known.daemon;
     if (!stronger) return;
   }
   cell.rival = Rival{claim, now};
@@ -94,8 +96,8 @@ void Election::claimAnew(Cell& cell, Clock::time_point now, Turn& turn) const {
   claim(cell, now, turn);
 }
 
-/// Before a stronger claim of another, after a sleep before any: one that came new does not know our
-/// epoch. One as strong is answered with a stronger one.
+/// Before a stronger claim of another, after a sleep before any: one that came new does not know
+/// our epoch. One as strong is answered with a stronger one.
 bool Election::stepsBack(Cell& cell, Clock::time_point now, Turn& turn) const {
   if (!alive(cell, now)) return false;
   const bool followed = cell.leading && cell.in_doubt_until;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who leads a cell, of the daemons that serve it: decided by each for itself, from what it hears and
-// its own clock.
+// Who leads a cell, of the daemons that serve it: decided by each for itself, from what it hears
+// and its own clock.
 #pragma once
 
 #include <handover/common/status.hpp>
@@ -73,12 +73,12 @@ class Election {
 
   struct Cell {
     std::string name;
-    std::optional<std::uint64_t> epoch;  ///< that we claim it with
-    bool leading = false;                ///< nobody has contradicted
-    std::uint64_t highest = 0;           ///< epoch seen
-    std::optional<Rival> rival;          ///< the strongest that was heard
-    Clock::time_point free_at;           ///< without a leader: when it may be claimed
-    Clock::time_point claimed_at;        ///< for the last time
+    std::optional<std::uint64_t> epoch;               ///< that we claim it with
+    bool leading = false;                             ///< nobody has contradicted
+    std::uint64_t highest = 0;                        ///< epoch seen
+    std::optional<Rival> rival;                       ///< the strongest that was heard
+    Clock::time_point free_at;                        ///< without a leader: when it may be claimed
+    Clock::time_point claimed_at;                     ///< for the last time
     std::optional<Clock::time_point> in_doubt_until;  ///< others may have claimed it
   };
 

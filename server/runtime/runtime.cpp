@@ -23,6 +23,16 @@ constexpr int kMostPreparations = 3;
 /// Memory is given back this long after the last time, at the first quiet moment.
 constexpr auto kTrimPeriod = 5s;
 
+/// Several times within the period of claims.
+constexpr auto kTurnPeriod = 25ms;
+
+/// Kept requests are looked at again this often, whatever happens.
+constexpr auto kOfferPeriod = 1s;
+
+/// A daemon that went may come back: requests that were for it are rejected after this time.
+/// Clients of ours give up before.
+constexpr auto kReturnTime = 6s;
+
 Failed failed(FailureReason reason, std::string filter, const std::string& text) {
   Failed outcome;
   outcome.reason = reason;
@@ -38,10 +48,12 @@ class Runtime::Stream : public PlanEventSink {
  public:
   /// @param served  cells from which it is answered; null for one that none of them is asked for
   /// @param patience_s  its deadline where it names none
+  /// @param led_with  the epoch with which we lead its cell; 0: it is shared, or nobody's
   Stream(Endpoint& endpoint, PlanRequest taken, CellsPtr served = nullptr,
-         std::optional<double> patience_s = {})
+         std::optional<double> patience_s = {}, std::uint64_t led_with = 0)
       : request(std::move(taken)),
         cells(std::move(served)),
+        epoch(led_with),
         taken_at(Clock::now()),
         endpoint_(endpoint) {
     facts.task = request.task;
@@ -55,6 +67,7 @@ class Runtime::Stream : public PlanEventSink {
 
   /// @throws std::logic_error when the payload is beyond what the wire carries.
   void emit(PlanEventPayload payload) override {
+    if (abandoned_) return;
     const PlanEvent event{request.id, answer_id_, next_sequence_, elapsed(), std::move(payload)};
     const auto faults = check(event);
     if (!faults.empty()) throw std::logic_error("invalid plan event:" + describe(faults));
@@ -70,6 +83,14 @@ class Runtime::Stream : public PlanEventSink {
     deadline.cancel();
   }
 
+  /// Another daemon answers it: nothing is sent from now on. From any thread.
+  void abandon() {
+    abandoned_ = true;
+    deadline.cancel();
+  }
+
+  bool abandoned() const { return abandoned_; }
+
   /// What was asked for, where somebody asked; else what planning says of itself.
   Cancelled cancelled(const Cancelled& by_planning) const {
     const CancelCause cause = cancel_cause_;
@@ -80,6 +101,7 @@ class Runtime::Stream : public PlanEventSink {
 
   const PlanRequest request;
   const CellsPtr cells;
+  const std::uint64_t epoch;
   const Clock::time_point taken_at;
   std::optional<Clock::time_point> deadline_at;
   Deadline deadline;
@@ -104,13 +126,15 @@ class Runtime::Stream : public PlanEventSink {
   const AnswerId answer_id_ = RequestId::random().bytes;
   std::uint32_t next_sequence_ = 0;
   std::atomic<CancelCause> cancel_cause_ = CancelCause::kUnspecified;
+  std::atomic<bool> abandoned_ = false;
 };
 
 Runtime::Runtime(PlanService& service, Endpoint& endpoint, RuntimeSettings settings)
     : service_(service),
       endpoint_(endpoint),
       settings_(std::move(settings)),
-      accounts_(settings_.client_limits) {}
+      accounts_(settings_.client_limits),
+      election_(settings_.id, settings_.election) {}
 
 Runtime::~Runtime() { stop(); }
 
@@ -121,6 +145,7 @@ void Runtime::start() {
   }
   threads_.emplace_back([this] { statusLoop(); });
   endpoint_.open(*this);
+  leading_ = std::jthread([this] { leadLoop(); });
 }
 
 void Runtime::stop() {
@@ -139,8 +164,15 @@ void Runtime::stop() {
   report_.notify_all();
   for (const auto& stream : queued) finish(stream, Cancelled{CancelCause::kDaemonStopping});
   threads_.clear();  // joins
+  resume();
   publishStatus();
   endpoint_.flush(2s);
+  {
+    const MutexLock lock(mutex_);
+    all_answered_ = true;
+  }
+  claims_.notify_all();
+  if (leading_.joinable()) leading_.join();
 }
 
 void Runtime::reload(const Deadline& deadline) {
@@ -163,18 +195,41 @@ void Runtime::reload(const Deadline& deadline) {
 
 // Requests, on the endpoint's threads.
 
-Runtime::CellRoute Runtime::route(const ServedCells& served, const std::string& cell,
+bool Runtime::leads(const std::string& cell, std::uint64_t epoch) const {
+  if (epoch == 0) return true;
+  return election_.roleOf(cell) == CellRole::kLeader && election_.epochOf(cell) == epoch &&
+         Clock::now() < leads_until_;
+}
+
+Runtime::CellRoute Runtime::route(const ServedCells& served, const PlanRequest& request, bool kept,
                                   CellInfo& info) const {
-  for (const CellInfo& ours : served.infos) {
-    if (ours.name != cell) continue;
-    info = ours;
-    return CellRoute::kOurs;
+  const auto& infos = served.infos;
+  const auto ours = std::find_if(infos.begin(), infos.end(),
+                                 [&](const CellInfo& each) { return each.name == request.cell; });
+  if (ours != infos.end()) {
+    info = *ours;
+    if (settings_.sharing == CellSharing::kShared) return CellRoute::kOurs;
+    const MutexLock lock(mutex_);
+    info.epoch = election_.epochOf(request.cell);
+    return info.epoch > 0 && leads(request.cell, info.epoch) ? CellRoute::kOurs
+                                                             : CellRoute::kOthers;
   }
-  // Of the daemons that are there, the one of lowest id answers for a cell that none of them has.
-  for (const DaemonStatus& other : endpoint_.others()) {
-    if (serves(other, cell) || other.id < settings_.id) return CellRoute::kOthers;
-  }
-  return CellRoute::kNobodys;
+  const auto others = endpoint_.others();
+  const bool served_elsewhere = std::any_of(
+      others.begin(), others.end(), [&](const auto& other) { return serves(other, request.cell); });
+  if (served_elsewhere || !weReject(others)) return CellRoute::kOthers;
+  if (!kept) return CellRoute::kNobodys;
+  const MutexLock lock(mutex_);
+  const auto found = served_by_others_.find(request.cell);
+  const bool gone = found == served_by_others_.end() || Clock::now() - found->second >= kReturnTime;
+  return gone ? CellRoute::kNobodys : CellRoute::kOthers;
+}
+
+/// The one of lowest id does; a newcomer first hears who is there.
+bool Runtime::weReject(const std::vector<DaemonStatus>& others) const {
+  return Clock::now() - began_at_ >= settings_.election.settle &&
+         std::all_of(others.begin(), others.end(),
+                     [this](const DaemonStatus& other) { return settings_.id < other.id; });
 }
 
 Runtime::Asked Runtime::asked(const PlanRequest& request) {
@@ -194,73 +249,86 @@ Runtime::Asked Runtime::asked(const PlanRequest& request) {
   return Asked::kAgain;
 }
 
-std::string Runtime::admit(const StreamPtr& stream, std::uint32_t& ahead) {
+Runtime::Admission Runtime::admit(const StreamPtr& stream) {
   const std::string& client = stream->request.client_id;
   const MutexLock lock(mutex_);
+  if (!leads(stream->request.cell, stream->epoch)) {
+    known_.erase(stream->request.id);
+    return {false, {}};
+  }
   if (waiting() >= settings_.queue_capacity) {
-    return fmt::format("the queue is full: {} requests wait", settings_.queue_capacity);
+    return {true, fmt::format("the queue is full: {} requests wait", settings_.queue_capacity)};
   }
   const auto of_client = std::count_if(open_.begin(), open_.end(), [&](const auto& open) {
     return open.second->request.client_id == client && !open.second->on_worker;
   });
   if (static_cast<std::size_t>(of_client) >= settings_.client_queue) {
-    return fmt::format("{} requests of this client wait, as many as may", settings_.client_queue);
+    return {true,
+            fmt::format("{} requests of this client wait, as many as may", settings_.client_queue)};
   }
   if (std::string why_not = accounts_.refusal(client, Clock::now()); !why_not.empty()) {
-    return why_not;
+    return {true, std::move(why_not)};
   }
-  ahead = static_cast<std::uint32_t>(queue_.size()) + running_;
   stream->place = counters_.accepted++;
   open_[stream->request.id] = stream;
-  return "";
+  return {true, "", static_cast<std::uint32_t>(queue_.size()) + running_};
 }
 
-bool Runtime::onRequest(const PlanRequest& request) {
+Verdict Runtime::onRequest(const PlanRequest& request, bool kept) {
   const CellsPtr served = service_.served();
   CellInfo cell;
-  const CellRoute where = route(*served, request.cell, cell);
-  if (where == CellRoute::kOthers) return false;
-  if (const Asked how = asked(request); how != Asked::kFirst) return how == Asked::kAgain;
+  const CellRoute where = route(*served, request, kept, cell);
+  if (where == CellRoute::kOthers) return Verdict::kPerhaps;
+  if (const Asked how = asked(request); how != Asked::kFirst) {
+    return how == Asked::kAgain ? Verdict::kMine : Verdict::kNotMine;
+  }
 
-  auto stream = std::make_shared<Stream>(endpoint_, request, served, settings_.deadline_s);
+  auto stream =
+      std::make_shared<Stream>(endpoint_, request, served, settings_.deadline_s, cell.epoch);
   if (where == CellRoute::kNobodys) {
     reject(stream, RejectionReason::kUnknownCell,
            {{"cell", "no daemon serves a cell named '" + request.cell + "'"}});
-    return true;
+    return Verdict::kMine;
   }
-  std::uint32_t ahead = 0;
-  if (const std::string why_not = admit(stream, ahead); !why_not.empty()) {
-    reject(stream, RejectionReason::kBusy, {{"", why_not}});
-    return true;
+  const Admission admission = admit(stream);
+  if (!admission.ours) return Verdict::kPerhaps;
+  if (!admission.why_not.empty()) {
+    reject(stream, RejectionReason::kBusy, {{"", admission.why_not}});
+    return Verdict::kMine;
   }
   Accepted accepted;
   accepted.daemon_id = settings_.id;
+  accepted.epoch = stream->epoch;
   accepted.program_version = settings_.version;
   accepted.scene_revision = cell.revision;
   accepted.scene_hash = cell.scene_hash;
-  accepted.queue_place = ahead;
+  accepted.queue_place = admission.ahead;
   stream->emit(std::move(accepted));
   logger("runtime")->debug("request {} of {}: accepted, {} ahead", request.id.hex(),
-                           request.client_id, ahead);
+                           request.client_id, admission.ahead);
   {
     // Only this thread adds to the queue, so there is still room.
     const MutexLock lock(mutex_);
+    if (stream->abandoned()) return Verdict::kPerhaps;
     queue_.push(request.client_id, stream->place, stream);
     changed_ = true;
   }
   work_.notify_one();
   report_.notify_one();
-  return true;
+  return Verdict::kMine;
 }
 
-bool Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id,
-                               const std::vector<Fault>& faults) {
+Verdict Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id,
+                                  const std::vector<Fault>& faults) {
+  if (!weReject(endpoint_.others())) return Verdict::kPerhaps;
   PlanRequest request;
   request.id = id;
   request.client_id = client_id;
-  if (const Asked how = asked(request); how != Asked::kFirst) return how == Asked::kAgain;
+  if (const Asked how = asked(request); how != Asked::kFirst) {
+    return how == Asked::kAgain ? Verdict::kMine : Verdict::kNotMine;
+  }
   reject(std::make_shared<Stream>(endpoint_, request), RejectionReason::kBadRequest, faults);
-  return true;
+  return Verdict::kMine;
 }
 
 void Runtime::onCancel(const RequestId& id, CancelCause cause) {
@@ -275,6 +343,20 @@ void Runtime::onCancel(const RequestId& id, CancelCause cause) {
   for (const auto& stream : queued) finish(stream, Cancelled{cause});
 }
 
+void Runtime::onClaim(const Claim& claim) {
+  const MutexLock lock(mutex_);
+  election_.heard(claim, Clock::now());
+}
+
+void Runtime::onClaimEnded(const Claim& claim) {
+  {
+    const MutexLock lock(mutex_);
+    election_.ended(claim, Clock::now());
+    claim_ended_ = true;
+  }
+  claims_.notify_all();
+}
+
 void Runtime::reject(const StreamPtr& stream, RejectionReason reason, std::vector<Fault> faults) {
   finish(stream, Rejected{reason, std::move(faults)});
 }
@@ -286,12 +368,18 @@ void Runtime::finish(const StreamPtr& stream, Outcome outcome) {
     *cancelled = stream->cancelled(*cancelled);
   }
   {
-    // Counted before it is sent: who has the outcome may ask for the counters.
     const MutexLock lock(mutex_);
+    if (stream->abandoned()) return;
+    if (stream->epoch > 0 && Clock::now() >= leads_until_ && !stopping_) {
+      suspended_.emplace_back(stream, std::move(outcome));
+      return;
+    }
+    // Counted before it is sent: who has the outcome may ask for the counters.
     if (std::holds_alternative<Done>(outcome)) ++counters_.done;
     if (std::holds_alternative<Failed>(outcome)) ++counters_.failed;
     if (std::holds_alternative<Cancelled>(outcome)) ++counters_.cancelled;
     if (std::holds_alternative<Rejected>(outcome)) ++counters_.rejected;
+    if (stream->on_worker) answer_times_.add(stream->elapsed());
     open_.erase(stream->request.id);
     answered_.push_back(stream->request.id);
     while (answered_.size() > settings_.remembered) {
@@ -382,8 +470,15 @@ void Runtime::publishStatus() {
   status.version = settings_.version;
   status.cells = service_.served()->infos;
   status.memory_bytes = residentBytes();
+  status.uptime_s = std::chrono::duration<double>(Clock::now() - began_at_).count();
+  const bool shared = settings_.sharing == CellSharing::kShared;
   {
     const MutexLock lock(mutex_);
+    for (CellInfo& cell : status.cells) {
+      cell.role = shared ? CellRole::kShared : election_.roleOf(cell.name);
+      cell.epoch = shared ? 0 : election_.epochOf(cell.name);
+    }
+    status.answer_times = answer_times_.summary();
     changed_ = false;
     status.state = stopping_ ? DaemonState::kStopping
                    : ready_  ? DaemonState::kReady
@@ -520,6 +615,121 @@ void Runtime::workerLoop(int index) noexcept {
     if (outcome) finish(stream, std::move(*outcome));
     lacks_.notify_one();
     report_.notify_one();
+  }
+}
+
+// Leading cells.
+
+std::vector<std::string> Runtime::standForServed(Clock::time_point now) {
+  std::vector<std::string> cells;
+  for (const CellInfo& cell : service_.served()->infos) cells.push_back(cell.name);
+  if (cells == stands_for_) return {};
+  std::vector<std::string> over;
+  for (const std::string& cell : stands_for_) {
+    if (std::find(cells.begin(), cells.end(), cell) == cells.end()) over.push_back(cell);
+  }
+  election_.stand(cells, now);
+  stands_for_ = std::move(cells);
+  return over;
+}
+
+void Runtime::noteServedByOthers(const std::vector<DaemonStatus>& others, Clock::time_point now) {
+  for (const DaemonStatus& other : others) {
+    for (const CellInfo& cell : other.cells) served_by_others_[cell.name] = now;
+  }
+  std::erase_if(served_by_others_,
+                [&](const auto& served) { return now - served.second >= kReturnTime; });
+}
+
+std::vector<Runtime::StreamPtr> Runtime::abandon(const std::vector<std::string>& cells) {
+  const auto lost = [&](const StreamPtr& stream) {
+    return stream->epoch > 0 &&
+           std::find(cells.begin(), cells.end(), stream->request.cell) != cells.end();
+  };
+  std::vector<StreamPtr> abandoned;
+  for (const auto& [id, stream] : open_) {
+    if (lost(stream)) abandoned.push_back(stream);
+  }
+  (void)extract(lost);
+  std::erase_if(suspended_, [&](const auto& waiting) { return lost(waiting.first); });
+  for (const StreamPtr& stream : abandoned) {
+    stream->abandon();
+    open_.erase(stream->request.id);
+    known_.erase(stream->request.id);
+  }
+  return abandoned;
+}
+
+bool Runtime::takeTurn() {
+  const auto others = endpoint_.others();
+  const auto now = Clock::now();
+  const auto peers = [&](const std::string& cell) {
+    std::vector<DaemonId> serving;
+    for (const DaemonStatus& other : others) {
+      for (const CellInfo& info : other.cells) {
+        if (info.name == cell && info.role != CellRole::kShared) serving.push_back(other.id);
+      }
+    }
+    return serving;
+  };
+  Election::Turn turn;
+  std::vector<std::string> over;
+  std::vector<StreamPtr> abandoned;
+  {
+    const MutexLock lock(mutex_);
+    noteServedByOthers(others, now);
+    if (settings_.sharing == CellSharing::kStandby) over = standForServed(now);
+    turn = election_.turn(now, peers);
+    abandoned = abandon(turn.lost);
+  }
+  bool claimed = true;
+  for (const Claim& claim : turn.claims) claimed = endpoint_.claim(claim) && claimed;
+  for (const auto* ended : {&over, &turn.lost}) {
+    for (const std::string& cell : *ended) endpoint_.giveUp(cellKey(cell));
+  }
+  for (const StreamPtr& stream : abandoned) endpoint_.handBack(stream->request);
+  for (const std::string& cell : turn.won) logger("runtime")->info("leads cell {}", cell);
+  for (const std::string& cell : turn.lost) {
+    logger("runtime")->warn("another daemon leads cell {}: {} requests are left to it", cell,
+                            abandoned.size());
+  }
+  bool regained = false;
+  {
+    const MutexLock lock(mutex_);
+    const auto until = turn.leads_until.value_or(Clock::time_point::min());
+    regained = claimed && now < until && now >= leads_until_;
+    if (claimed || !turn.leads_until) leads_until_ = until;
+    changed_ = changed_ || !turn.won.empty() || !turn.lost.empty();
+  }
+  if (!turn.won.empty() || !turn.lost.empty()) report_.notify_one();
+  resume();
+  return regained || !turn.won.empty();
+}
+
+void Runtime::resume() {
+  std::vector<std::pair<StreamPtr, Outcome>> due;
+  {
+    const MutexLock lock(mutex_);
+    if (Clock::now() >= leads_until_ && !stopping_) return;
+    due.swap(suspended_);
+  }
+  for (auto& [stream, outcome] : due) finish(stream, std::move(outcome));
+}
+
+void Runtime::leadLoop() noexcept {
+  nameThread("lead");
+  auto offered_at = Clock::now();
+  while (true) {
+    const bool gained = takeTurn();
+    if (gained || Clock::now() - offered_at >= kOfferPeriod) {
+      endpoint_.offerKept();
+      offered_at = Clock::now();
+    }
+    MutexLock lock(mutex_);
+    claims_.wait_for(lock, kTurnPeriod,
+                     [this]() HANDOVER_REQUIRES(mutex_) { return all_answered_ || claim_ended_; });
+    if (all_answered_) return;
+    claim_ended_ = false;
   }
 }
 

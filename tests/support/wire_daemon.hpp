@@ -29,6 +29,8 @@ class WireDaemonTest : public testing::Test {
   void start(RuntimeSettings settings = {}) {
     settings.id = RequestId::random().bytes;
     settings.version = "test";
+    settings.sharing = CellSharing::kShared;  // leaders are tested between processes
+    settings.election.settle = {};
     endpoint.emplace(DdsEndpointSettings{.domain = domain});
     runtime.emplace(service, *endpoint, settings);
     runtime->start();

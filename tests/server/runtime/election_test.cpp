@@ -23,8 +23,8 @@ const std::string kCell = "butler";
 
 DaemonId idOf(std::uint8_t number) { return {number}; }
 
-/// Daemons on one wire that delivers at once, but to those that sleep: they hear all of it when they
-/// wake, after they have had a turn.
+/// Daemons on one wire that delivers at once, but to those that sleep: they hear all of it when
+/// they wake, after they have had a turn.
 class World {
  public:
   struct Daemon {
@@ -76,7 +76,8 @@ class World {
   void end(std::size_t i) {
     Daemon& ending = *daemons[i];
     ending.alive = ending.announced = false;
-    const Claim claim{cellKey(kCell), idOf(static_cast<std::uint8_t>(i + 1)), ending.election.epochOf(kCell)};
+    const Claim claim{cellKey(kCell), idOf(static_cast<std::uint8_t>(i + 1)),
+                      ending.election.epochOf(kCell)};
     for (const auto& each : daemons) each->election.ended(claim, now);
   }
 
@@ -109,7 +110,8 @@ class World {
   std::vector<DaemonId> peersOf(std::size_t self) const {
     std::vector<DaemonId> peers;
     for (std::size_t i = 0; i < daemons.size(); ++i) {
-      if (i != self && daemons[i]->announced) peers.push_back(idOf(static_cast<std::uint8_t>(i + 1)));
+      if (i != self && daemons[i]->announced)
+        peers.push_back(idOf(static_cast<std::uint8_t>(i + 1)));
     }
     return peers;
   }

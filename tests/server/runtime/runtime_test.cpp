@@ -116,7 +116,10 @@ class FakeService : public PlanService {
 
 class RuntimeTest : public testing::Test {
  protected:
-  void start(RuntimeSettings settings = {}) {
+  void start(RuntimeSettings settings = {}, CellSharing sharing = CellSharing::kShared) {
+    settings.sharing = sharing;
+    settings.election.settle = {};
+    settings.election.hush = {};
     settings.id = {9};
     settings.version = "1.2.3";
     runtime.emplace(service, endpoint, settings);
