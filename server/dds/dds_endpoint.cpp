@@ -140,13 +140,13 @@ struct DdsEndpoint::Impl {
       }
     }
     std::vector<std::string> surplus;
-    std::size_t kept = 0, spent = 0, bytes = 0;
+    std::size_t counted = 0, spent = 0, bytes = 0;
     for (const auto& [used, client_id] : idle) {
       const ClientStream& stream = *clients[client_id];
-      ++kept;
+      ++counted;
       spent += stream.spent() ? 1 : 0;
       bytes += stream.bytes();
-      const bool too_many = kept > settings.most_unconfirmed || bytes > settings.most_bytes ||
+      const bool too_many = counted > settings.most_unconfirmed || bytes > settings.most_bytes ||
                             (stream.spent() && spent > settings.most_idle);
       if (too_many || used < Clock::now() - settings.retention) surplus.push_back(client_id);
     }

@@ -622,7 +622,8 @@ void Runtime::workerLoop(int index) noexcept {
 
 std::vector<std::string> Runtime::standForServed(Clock::time_point now) {
   std::vector<std::string> cells;
-  for (const CellInfo& cell : service_.served()->infos) cells.push_back(cell.name);
+  const CellsPtr served = service_.served();
+  for (const CellInfo& cell : served->infos) cells.push_back(cell.name);
   if (cells == stands_for_) return {};
   std::vector<std::string> over;
   for (const std::string& cell : stands_for_) {
