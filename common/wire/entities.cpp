@@ -163,7 +163,8 @@ void configureGroup(Qos& qos, const EntityOptions& options) {
 dds::DataWriterQos writerQos(TopicId topic, const EntityOptions& options) {
   dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
   configureTopic(qos, topic, topic == TopicId::kEvent ? kAnswersPerWriter : kInstancesPerWriter);
-  qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  // Reused payloads never shrink: all that a process ever held at once would grow to its largest.
+  qos.endpoint().history_memory_policy = rtps::DYNAMIC_RESERVE_MEMORY_MODE;
   qos.reliability().max_blocking_time = {0, 20'000'000};
   qos.reliable_writer_qos().times.heartbeatPeriod = {0, 100'000'000};
   // A remote reader with a content filter crashes writers of this version on samples from 8 KB on.

@@ -20,6 +20,7 @@ enum SubmessageId : std::uint8_t {
   kHeartbeatId = 0x07,
   kInfoTimestampId = 0x09,
   kPadId = 0x01,
+  kHeartbeatFragId = 0x13,
   kDataId = 0x15,
   kDataFragId = 0x16,
   kStatisticsId = 0x80,
@@ -30,6 +31,8 @@ constexpr std::int64_t kLongestGap = 65'536;
 /// As are those before a heartbeat's first. A daemon that reports 20 times a second for 1.7 years
 /// gets that far; walking takes about a second.
 constexpr std::int64_t kFarthestFirst = 1 << 30;
+/// Of any sample: a million a second would take eight years.
+constexpr std::int64_t kFarthestSample = std::int64_t{1} << 48;
 /// The smallest fragment anybody cuts (Cyclone DDS: 1344), with room; the largest sample of ours.
 constexpr std::uint32_t kSmallestFragment = 64, kLargestSample = 64 << 20;
 
@@ -77,17 +80,29 @@ std::optional<Submessage> firstOf(Bytes rest) {
 std::optional<PacketFault> gapFault(const Submessage& gap) {
   if (gap.content.size() < 28) return PacketFault::kLength;
   const std::int64_t first = gap.sequenceAt(8), base = gap.sequenceAt(16);
-  const bool walkable = first > 0 && base > 0 && (base <= first || base - first <= kLongestGap);
-  return walkable ? std::nullopt : std::optional(PacketFault::kGap);
+  if (first <= 0 || base <= 0 || base - first > kLongestGap) return PacketFault::kGap;
+  return std::max(first, base) <= kFarthestSample ? std::nullopt
+                                                  : std::optional(PacketFault::kSequence);
 }
 
 /// After the ids of reader and writer: first and last sample, count.
 std::optional<PacketFault> heartbeatFault(const Submessage& heartbeat) {
   if (heartbeat.content.size() < 28) return PacketFault::kLength;
   const std::int64_t first = heartbeat.sequenceAt(8);
-  return first > 0 && first <= kFarthestFirst ? std::nullopt
-                                              : std::optional(PacketFault::kHeartbeat);
+  if (first <= 0 || first > kFarthestFirst) return PacketFault::kHeartbeat;
+  return heartbeat.sequenceAt(16) <= kFarthestSample ? std::nullopt
+                                                     : std::optional(PacketFault::kSequence);
 }
+
+/// After the ids of reader and writer: the sample.
+std::optional<PacketFault> heartbeatFragmentFault(const Submessage& heartbeat) {
+  if (heartbeat.content.size() < 24) return PacketFault::kLength;
+  return heartbeat.sequenceAt(8) <= kFarthestSample ? std::nullopt
+                                                    : std::optional(PacketFault::kSequence);
+}
+
+/// After flags, offset and the ids of reader and writer: the sample.
+bool numberedTooFar(const Submessage& data) { return data.sequenceAt(12) > kFarthestSample; }
 
 /// Where the payload of a data submessage begins, whose own members end at `members`; nullopt when
 /// that is beyond the submessage.
@@ -107,6 +122,7 @@ std::optional<std::size_t> payloadOf(const Submessage& data, std::size_t members
 
 std::optional<PacketFault> dataFault(const Submessage& data) {
   if (data.content.size() < 20) return PacketFault::kLength;
+  if (numberedTooFar(data)) return PacketFault::kSequence;
   return payloadOf(data, 20) ? std::nullopt : std::optional(PacketFault::kData);
 }
 
@@ -114,6 +130,7 @@ std::optional<PacketFault> dataFault(const Submessage& data) {
 /// sample's.
 std::optional<PacketFault> fragmentFault(const Submessage& data) {
   if (data.content.size() < 32) return PacketFault::kLength;
+  if (numberedTooFar(data)) return PacketFault::kSequence;
   const auto payload = payloadOf(data, 32);
   if (!payload) return PacketFault::kData;
   const std::uint64_t first = data.longAt(20), count = data.shortAt(24), size = data.shortAt(26);
@@ -133,6 +150,8 @@ std::optional<PacketFault> faultOf(const Submessage& submessage) {
       return gapFault(submessage);
     case kHeartbeatId:
       return heartbeatFault(submessage);
+    case kHeartbeatFragId:
+      return heartbeatFragmentFault(submessage);
     case kDataId:
       return dataFault(submessage);
     case kDataFragId:

@@ -19,6 +19,7 @@ namespace handover::wire {
 enum class PacketFault {
   kLength,      ///< a submessage that ends beyond the datagram, or lacks what its kind has
   kStatistics,  ///< eProsima's statistics before the end of the datagram: an assertion
+  kSequence,    ///< a sample's number beyond all that are counted: its successor is an assertion
   kGap,         ///< a gap that begins before 1, or is too long: it would be walked one by one
   kHeartbeat,   ///< a first sample before 1 (an assertion), or too far: walked one by one
   kData,        ///< inline QoS that end beyond the submessage: the payload's length underflows

@@ -218,7 +218,7 @@ class SceneResolver {
       return report_.add(path, fault);
     }
     try {
-      BodyShapes body = bodyShapesOf(description.geometry, root_, divide_);
+      BodyShapes body = bodyShapesOf(description.geometry, root_, divide_, importer_);
       object.shapes = std::move(body.shapes);
       if (body.divided.empty()) return;
       object.divided = std::make_shared<const DividedBodies>(std::move(body.divided));
@@ -469,6 +469,7 @@ class SceneResolver {
   const ModelCache& models_;
   const std::filesystem::path& root_;
   const ConvexDecomposer& divide_;
+  MeshImporter importer_;
   const std::map<std::string, KnownShapes>& known_;
   MeshTotal meshes_;  ///< of the objects so far
   YamlReport& report_;

@@ -46,6 +46,7 @@ Eigen::Vector3d shoulderOf(const Chain& chain, const Arm& arm) {
 struct ArmKinematics::Data {
   Chain chain;
   std::optional<SrsSolver> srs;
+  std::optional<WristReach> wrist_reach;
   std::optional<IterativeSolver> iterative;  ///< where there is no closed form
   ArmVector middle;
   Eigen::Vector3d p_AShoulder;
@@ -55,6 +56,7 @@ struct ArmKinematics::Data {
         srs(SrsSolver::find(chain)),
         middle(0.5 * (chain.lower + chain.upper)),
         p_AShoulder(shoulderOf(chain, arm)) {
+    if (srs) wrist_reach = srs->wristReach();
     if (!srs) iterative.emplace(chain);
   }
 
@@ -82,9 +84,7 @@ const ArmVector& ArmKinematics::velocity() const { return data_->chain.velocity;
 
 const ArmVector& ArmKinematics::acceleration() const { return data_->chain.acceleration; }
 
-bool ArmKinematics::mayReach(const Pose& X_AT) const {
-  return !data_->srs || data_->srs->mayReach(X_AT);
-}
+const std::optional<WristReach>& ArmKinematics::wristReach() const { return data_->wrist_reach; }
 
 double ArmKinematics::reach() const { return data_->chain.reach(); }
 

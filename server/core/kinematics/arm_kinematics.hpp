@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace handover {
@@ -26,6 +27,19 @@ struct IkCounts {
   std::uint32_t no_ik = 0;   ///< geometry cannot reach
   std::uint32_t limits = 0;  ///< reached outside the joint limits
   std::uint32_t solutions = 0;
+};
+
+/// What the distance of two points alone tells of an arm with a spherical shoulder and wrist.
+struct WristReach {
+  Eigen::Vector3d p_TWrist;     ///< stays in T
+  Eigen::Vector3d p_AShoulder;  ///< stays in A
+  double least = 0;             ///< squared distance of the two [m^2]
+  double most = 0;
+
+  /// False: no configuration has them at that squared distance, whatever the joint limits.
+  bool contains(double squared_distance) const {
+    return squared_distance >= least && squared_distance <= most;
+  }
 };
 
 /// Yoshikawa's sqrt(det(J J^T)), unscaled, m and rad ([paper] §IV-A): the product of J's singular
@@ -57,9 +71,8 @@ class ArmKinematics {
   ArmJacobian jacobian(const ArmVector& q) const;
   /// handover::manipulability of the Jacobian at q.
   double manipulability(const ArmVector& q) const;
-  /// False: no configuration puts T there, whatever the joint limits, as its distance alone tells;
-  /// true where there is no closed form. A hundredth of visit()'s work.
-  bool mayReach(const Pose& X_AT) const;
+  /// nullopt where there is no closed form.
+  const std::optional<WristReach>& wristReach() const;
   /// No configuration within limits puts T farther than this from A's origin [m].
   double reach() const;
   /// The paper's shoulder, in A [m]: the settings' override, else where the first three axes meet,

@@ -169,9 +169,11 @@ double SrsSolver::elbowDoubt(double squared_distance) const {
   return std::min(0.5, 4 * mismatch_ * std::sqrt(squared_distance) / elbow_amplitude_);
 }
 
-bool SrsSolver::mayReach(const Pose& X_AT) const {
-  const double squared_distance = (X_AT * W_T_ - S_).squaredNorm();
-  return std::abs(elbowCosine(squared_distance)) <= 1 + 1e-9 + elbowDoubt(squared_distance);
+WristReach SrsSolver::wristReach() const {
+  // elbowCosine() of the ends, with the doubt at the farthest.
+  const double cosine = 1 + 1e-9 + elbowDoubt(2 * (elbow_offset_ + 2 * elbow_amplitude_));
+  return {W_T_, S_, 2 * (elbow_offset_ - elbow_amplitude_ * cosine),
+          2 * (elbow_offset_ + elbow_amplitude_ * cosine)};
 }
 
 int SrsSolver::elbows(double squared_distance, std::array<Elbow, 2>& found) const {

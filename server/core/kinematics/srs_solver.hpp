@@ -51,8 +51,8 @@ class SrsSolver {
   /// nullopt when the chain's axes do not lie as the closed form needs.
   static std::optional<SrsSolver> find(const Chain& chain);
 
-  /// As ArmKinematics::mayReach.
-  bool mayReach(const Pose& X_AT) const;
+  /// As ArmKinematics::wristReach.
+  WristReach wristReach() const;
   /// As ArmKinematics::visit.
   IkCounts visit(const Chain& chain, const Pose& X_AT, const IkQuery& query,
                  const ArmVector& q_near, const ArmKinematics::Take& take) const;

@@ -15,6 +15,7 @@ Shape atOrigin(std::variant<BoxShape, SphereShape, CylinderShape, ConvexShape> g
 struct ShapeMaker {
   const std::filesystem::path& root;
   const ConvexDecomposer& divide;
+  MeshImporter& importer;
 
   BodyShapes operator()(const BoxGeometry& box) const {
     return {{atOrigin(BoxShape{vectorOf(box.size)})}, {}};
@@ -29,13 +30,13 @@ struct ShapeMaker {
   }
 
   BodyShapes operator()(const MeshGeometry& mesh) const {
-    return readMeshBodies(root / mesh.path, vectorOf(mesh.scale), divide);
+    return readMeshBodies(root / mesh.path, vectorOf(mesh.scale), divide, importer);
   }
 
   BodyShapes operator()(const CompoundGeometry& compound) const {
     BodyShapes whole;
     for (const GeometryPart& part : compound.parts) {
-      append(bodyShapesOf(part.geometry, root, divide), toPose(part.X_OS), whole);
+      append(bodyShapesOf(part.geometry, root, divide, importer), toPose(part.X_OS), whole);
     }
     return whole;
   }
@@ -45,7 +46,13 @@ struct ShapeMaker {
 
 BodyShapes bodyShapesOf(const Geometry& geometry, const std::filesystem::path& root,
                         const ConvexDecomposer& divide) {
-  return std::visit(ShapeMaker{root, divide}, geometry);
+  MeshImporter importer;
+  return bodyShapesOf(geometry, root, divide, importer);
+}
+
+BodyShapes bodyShapesOf(const Geometry& geometry, const std::filesystem::path& root,
+                        const ConvexDecomposer& divide, MeshImporter& importer) {
+  return std::visit(ShapeMaker{root, divide, importer}, geometry);
 }
 
 void append(BodyShapes part, const Pose& X_WholePart, BodyShapes& whole) {

@@ -6,13 +6,7 @@
 #include "core/model_io/file_fault.hpp"
 #include "core/model_io/file_text.hpp"
 #include "core/model_io/mesh_checker.hpp"
-
-#include <assimp/IOStream.hpp>
-#include <assimp/IOSystem.hpp>
-#include <assimp/Importer.hpp>
-#include <assimp/config.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
+#include "core/model_io/mesh_import.hpp"
 
 #include <algorithm>
 #include <array>
@@ -40,13 +34,6 @@ constexpr double kMinTriangleHeight = 1e-5;  // [m]
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& message) {
   throw FileError({{file.string(), 0, message}});
-}
-
-Eigen::Matrix4d matrixOf(const aiMatrix4x4& m) {
-  Eigen::Matrix4d out;
-  out << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4, m.d1, m.d2, m.d3,
-      m.d4;
-  return out;
 }
 
 /// Gives one place to points that lie within kMergeDistance of each other, first come first kept.
@@ -137,45 +124,33 @@ bool isConvex(const ConvexShape& shape) {
   return worstBulge(shape) <= kConvexTolerance * std::max(1.0, extent);
 }
 
-/// Walks an imported scene, node by node.
+/// Goes through an imported mesh, node by node.
 class PartCollector {
  public:
-  PartCollector(const fs::path& file, const aiScene& scene, const Eigen::Vector3d& scale,
+  PartCollector(const fs::path& file, const ImportedMesh& mesh, const Eigen::Vector3d& scale,
                 const ConvexDecomposer& divide)
-      : file_(file), scene_(scene), scale_(scale), divide_(divide) {}
+      : file_(file), mesh_(mesh), scale_(scale), divide_(divide) {}
 
   BodyShapes collect() {
-    visit(*scene_.mRootNode, Eigen::Matrix4d::Identity());
+    for (const MeshNode& node : mesh_.nodes) addBodies(node);
     if (out_.shapes.empty() && faults_.empty()) refuse(file_, "holds no triangles");
     if (!faults_.empty()) throw FileError(std::move(faults_));
     return std::move(out_);
   }
 
  private:
-  void visit(const aiNode& node, const Eigen::Matrix4d& above) {
-    const Eigen::Matrix4d transform = above * matrixOf(node.mTransformation);
-    addBodies(node, transform);
-    for (unsigned i = 0; i < node.mNumChildren; ++i) visit(*node.mChildren[i], transform);
-  }
-
-  /// A file's materials cut a node into meshes; its bodies don't care.
-  void addBodies(const aiNode& node, const Eigen::Matrix4d& transform) {
+  /// A file's materials cut a node into pieces; its bodies don't care.
+  void addBodies(const MeshNode& node) {
     PlaceMerger places;
     std::vector<TriangleMesh> pieces;
-    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
-      if (node.mMeshes[i] >= scene_.mNumMeshes) refuse(file_, "is damaged");
-      const aiMesh& mesh = *scene_.mMeshes[node.mMeshes[i]];
-      if ((triangles_ += mesh.mNumFaces) > kMaxMeshTriangles) {
+    for (const std::uint32_t index : node.pieces) {
+      const MeshPiece& piece = mesh_.pieces[index];
+      if ((triangles_ += piece.triangles.size()) > kMaxMeshTriangles) {
         refuse(file_, "has more than " + std::to_string(kMaxMeshTriangles) + " triangles");
       }
-      pieces.push_back(placedPiece(mesh, transform, places));
+      pieces.push_back(placedPiece(piece, node.transform, places));
     }
-    for (SurfaceBody& body : bodiesOf(pieces)) addBody(nameOf(node), std::move(body));
-  }
-
-  std::string nameOf(const aiNode& node) const {
-    const aiString& of_mesh = scene_.mMeshes[node.mMeshes[0]]->mName;
-    return of_mesh.length > 0 ? of_mesh.C_Str() : node.mName.C_Str();
+    for (SurfaceBody& body : bodiesOf(pieces)) addBody(node.name, std::move(body));
   }
 
   void addBody(const std::string& name, SurfaceBody body) {
@@ -200,25 +175,21 @@ class PartCollector {
     }
   }
 
-  TriangleMesh placedPiece(const aiMesh& mesh, const Eigen::Matrix4d& transform,
+  TriangleMesh placedPiece(const MeshPiece& piece, const Eigen::Matrix4d& transform,
                            PlaceMerger& places) const {
-    TriangleMesh piece;
-    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-      const aiFace& face = mesh.mFaces[f];
-      if (face.mNumIndices != 3) continue;  // points and lines
-      const int first = static_cast<int>(piece.vertices.size());
-      for (unsigned i = 0; i < 3; ++i) {
-        if (face.mIndices[i] >= mesh.mNumVertices) refuse(file_, "is damaged");
-        piece.vertices.push_back(
-            places.placeOf(placed(mesh.mVertices[face.mIndices[i]], transform)));
+    TriangleMesh out;
+    for (const auto& triangle : piece.triangles) {
+      const int first = static_cast<int>(out.vertices.size());
+      for (const std::uint32_t index : triangle) {
+        out.vertices.push_back(places.placeOf(placed(piece.vertices[index], transform)));
       }
-      piece.triangles.push_back({first, first + 1, first + 2});
+      out.triangles.push_back({first, first + 1, first + 2});
     }
-    return piece;
+    return out;
   }
 
-  Eigen::Vector3d placed(const aiVector3D& v, const Eigen::Matrix4d& transform) const {
-    const Eigen::Vector4d p = transform * Eigen::Vector4d(v.x, v.y, v.z, 1.0);
+  Eigen::Vector3d placed(const std::array<float, 3>& v, const Eigen::Matrix4d& transform) const {
+    const Eigen::Vector4d p = transform * Eigen::Vector4d(v[0], v[1], v[2], 1.0);
     Eigen::Vector3d at = p.head<3>().cwiseProduct(scale_);
     // Beyond a kilometre the merging grid would overflow, and it is no part of a robot's cell.
     if (!at.allFinite() || at.cwiseAbs().maxCoeff() > 1000.0) {
@@ -228,67 +199,12 @@ class PartCollector {
   }
 
   const fs::path& file_;
-  const aiScene& scene_;
+  const ImportedMesh& mesh_;
   Eigen::Vector3d scale_;
   std::size_t triangles_ = 0;
   const ConvexDecomposer& divide_;
   BodyShapes out_;
   std::vector<FileFault> faults_;
-};
-
-/// A file's text for assimp to read.
-class TextStream : public Assimp::IOStream {
- public:
-  explicit TextStream(const std::string& text) : text_(text) {}
-
-  std::size_t Read(void* to, std::size_t size, std::size_t count) override {
-    const std::size_t whole = size == 0 ? 0 : std::min(count, (text_.size() - at_) / size);
-    std::memcpy(to, text_.data() + at_, whole * size);
-    at_ += whole * size;
-    return whole;
-  }
-
-  std::size_t Write(const void*, std::size_t, std::size_t) override { return 0; }
-
-  aiReturn Seek(std::size_t offset, aiOrigin origin) override {
-    const std::size_t from = origin == aiOrigin_SET   ? 0
-                             : origin == aiOrigin_CUR ? at_
-                                                      : text_.size();
-    if (offset > text_.size() - from) return aiReturn_FAILURE;
-    at_ = from + offset;
-    return aiReturn_SUCCESS;
-  }
-
-  std::size_t Tell() const override { return at_; }
-
-  std::size_t FileSize() const override { return text_.size(); }
-
-  void Flush() override {}
-
- private:
-  const std::string& text_;
-  std::size_t at_ = 0;
-};
-
-/// The one file that was asked for: materials and textures that it names are not wanted, and may be
-/// pipes.
-class OneFile : public Assimp::IOSystem {
- public:
-  OneFile(std::string name, const std::string& text) : name_(std::move(name)), text_(text) {}
-
-  bool Exists(const char* name) const override { return name == name_; }
-
-  char getOsSeparator() const override { return '/'; }
-
-  Assimp::IOStream* Open(const char* name, const char*) override {
-    return Exists(name) ? new TextStream(text_) : nullptr;
-  }
-
-  void Close(Assimp::IOStream* stream) override { delete stream; }
-
- private:
-  std::string name_;
-  const std::string& text_;
 };
 
 MeshFormat formatOf(const fs::path& file) {
@@ -306,23 +222,24 @@ MeshFormat formatOf(const fs::path& file) {
 
 BodyShapes readMeshBodies(const fs::path& file, const Eigen::Vector3d& scale,
                           const ConvexDecomposer& divide) {
+  MeshImporter importer;
+  return readMeshBodies(file, scale, divide, importer);
+}
+
+BodyShapes readMeshBodies(const fs::path& file, const Eigen::Vector3d& scale,
+                          const ConvexDecomposer& divide, MeshImporter& importer) {
   const MeshFormat format = formatOf(file);
   const Result<std::string> text = readFileText(file, kMaxMib);
   if (!text) refuse(file, text.error().detail);
   if (auto faults = meshFaults(file, format, *text); !faults.empty()) {
     throw FileError(std::move(faults));
   }
-  Assimp::Importer importer;
-  importer.SetIOHandler(new OneFile(file.string(), *text));  // the importer's from here on
-  // URDF takes a Collada file's axes as written; assimp would turn them to y up. The unit is
-  // honoured by assimp itself, in the root node's transform.
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
-  if (scene == nullptr || scene->mRootNode == nullptr) {
-    const std::string detail = importer.GetErrorString();
+  const Result<ImportedMesh> mesh = importer.read(file, *text);
+  if (!mesh) {
+    const std::string& detail = mesh.error().detail;
     refuse(file, "cannot be read as a mesh" + (detail.empty() ? "" : ": " + detail));
   }
-  return PartCollector(file, *scene, scale, divide).collect();
+  return PartCollector(file, *mesh, scale, divide).collect();
 }
 
 std::vector<Shape> readConvexMesh(const fs::path& file, const Eigen::Vector3d& scale,

@@ -3,6 +3,7 @@
 
 #include "core/decomposition/convex_decomposition.hpp"
 #include "core/model/body_shapes.hpp"
+#include "core/model_io/mesh_import.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -18,6 +19,9 @@ namespace handover {
 /// @throws FileError naming the file and what is wrong with it.
 BodyShapes readMeshBodies(const std::filesystem::path& file, const Eigen::Vector3d& scale,
                           const ConvexDecomposer& divide = convexParts);
+/// The same with an importer that reads others, too: to make its child takes as long as a mesh.
+BodyShapes readMeshBodies(const std::filesystem::path& file, const Eigen::Vector3d& scale,
+                          const ConvexDecomposer& divide, MeshImporter& importer);
 
 /// The shapes alone.
 std::vector<Shape> readConvexMesh(const std::filesystem::path& file, const Eigen::Vector3d& scale,

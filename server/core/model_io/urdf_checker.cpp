@@ -244,7 +244,7 @@ class UrdfChecker {
       return faults_.add(form, at + ": " + fault);
     }
     try {
-      checked_.meshes.emplace(key, readMeshBodies(mesh, scale, divide_));
+      checked_.meshes.emplace(key, readMeshBodies(mesh, scale, divide_, importer_));
     } catch (const FileError& error) {
       for (const FileFault& fault : error.faults()) {
         const std::string line = fault.line > 0 ? ":" + std::to_string(fault.line) : "";
@@ -468,6 +468,7 @@ class UrdfChecker {
   std::map<std::string, std::size_t> link_index_, joint_index_;
   std::set<std::string> materials_;
   MeshTotal meshes_;
+  MeshImporter importer_;
   std::vector<int> parent_joint_;  ///< per link: index in joints_, -1 for a root
   std::size_t root_ = 0;
 };

@@ -81,6 +81,10 @@ Manipulator makeManipulator(const TransportProblem& problem, RobotId robot, ArmI
   linkPoses(*it.model, it.placed->X_WB, it.placed->q_start, X_WL);
   it.map.X_WA = X_WL[it.arm_model->base_link];
   it.map.p_WShoulder = it.map.X_WA * it.kinematics->shoulder();
+  if (const auto& reach = it.kinematics->wristReach()) {
+    for (const Grasp& grasp : it.grasps->grasps)
+      it.p_OWrist.push_back(grasp.X_OT * reach->p_TWrist);
+  }
   for (const LinkId link : it.hand->links) {
     const BodyId body = problem.collision->linkBody(robot, link);
     if (body.valid()) it.hand_bodies.push_back(body);

@@ -21,8 +21,9 @@ struct Manipulator {
   const Hand* hand = nullptr;
   const ArmKinematics* kinematics = nullptr;
   const GraspSet* grasps = nullptr;
-  PlacedMap map;                    ///< and X_WA, the arm's base in the world
-  std::vector<BodyId> hand_bodies;  ///< palm and fingers
+  PlacedMap map;                          ///< and X_WA, the arm's base in the world
+  std::vector<BodyId> hand_bodies;        ///< palm and fingers
+  std::vector<Eigen::Vector3d> p_OWrist;  ///< by grasp; empty where there is no closed form
 
   const std::string& robotName() const { return placed->name; }
 
@@ -55,6 +56,29 @@ struct Manipulator {
 
   /// The tool moved by `distance` [m] against its approach axis.
   Pose backedOff(const Pose& X_WT, double distance) const;
+};
+
+/// Which grasps of an object that lies somewhere an arm may have, as distances alone tell: a
+/// hundredth of reaches()'s work for each. Points into the manipulator.
+class MayHold {
+ public:
+  MayHold(const Manipulator& arm, const Pose& X_WO) : wrists_(arm.p_OWrist) {
+    if (wrists_.empty()) return;
+    reach_ = &*arm.kinematics->wristReach();
+    p_OShoulder_ = X_WO.inverse() * (arm.map.X_WA * reach_->p_AShoulder);
+  }
+
+  /// False: no configuration at all holds it so. True where there is no closed form.
+  bool operator()(int grasp) const {
+    return wrists_.empty() ||
+           reach_->contains(
+               (wrists_[static_cast<std::size_t>(grasp)] - p_OShoulder_).squaredNorm());
+  }
+
+ private:
+  const std::vector<Eigen::Vector3d>& wrists_;
+  const WristReach* reach_ = nullptr;
+  Eigen::Vector3d p_OShoulder_;
 };
 
 /// How long [s] the slowest joint is under way between two configurations, at its speed limit.

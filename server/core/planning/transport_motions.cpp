@@ -119,9 +119,7 @@ PrunedGrasps TransportMotions::pruneGiverAt(std::size_t handover, const Pose& X_
 
 bool TransportMotions::reaches(const Manipulator& arm, const Pose& X_WT) {
   const bool closed_form = arm.kinematics->closedForm();
-  if (closed_form ? !arm.kinematics->mayReach(arm.worldToArm(X_WT)) : !arm.mapReaches(X_WT)) {
-    return false;
-  }
+  if (!closed_form && !arm.mapReaches(X_WT)) return false;
   ++ik_looks_;
   const bool reached = arm.reaches(X_WT);
   if (!closed_form && !reached) ++failed_ik_solves_;
@@ -132,8 +130,10 @@ bool TransportMotions::giverReaches(std::size_t handover, const Pose& X_WH, int 
                                     const PrunedGrasps& takes) {
   const Manipulator& arm = at(handover);
   const HandConflicts& conflicts = hand_conflicts_[{handover, receive}];
+  const MayHold may_hold(arm, X_WH);
   return std::any_of(takes.kept.begin(), takes.kept.end(), [&](const FeasibleGrasp& take) {
-    return !conflicts.contains(take.grasp) && reaches(arm, X_WH * arm.grasp(take.grasp).X_OT);
+    return may_hold(take.grasp) && !conflicts.contains(take.grasp) &&
+           reaches(arm, X_WH * arm.grasp(take.grasp).X_OT);
   });
 }
 
@@ -149,7 +149,7 @@ std::optional<BodyPair> TransportMotions::handsInTheWay(std::size_t handover, in
 
 bool TransportMotions::receiverReaches(std::size_t handover, const Pose& X_WH, int grasp) {
   const Manipulator& arm = at(handover + 1);
-  return reaches(arm, X_WH * arm.grasp(grasp).X_OT);
+  return MayHold(arm, X_WH)(grasp) && reaches(arm, X_WH * arm.grasp(grasp).X_OT);
 }
 
 bool TransportMotions::keepApproachable(std::size_t handover, const Pose& X_WH,

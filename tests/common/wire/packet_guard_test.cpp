@@ -98,6 +98,23 @@ TEST(PacketGuard, StopsHeartbeatsOfImpossibleSamples) {
   EXPECT_EQ(fault({heartbeat((1 << 30) + 1, 1ll << 40)}), PacketFault::kHeartbeat);
 }
 
+TEST(PacketGuard, StopsSamplesWithoutASuccessor) {
+  EXPECT_EQ(fault({heartbeat(1, INT64_MAX)}), PacketFault::kSequence);
+  EXPECT_EQ(fault({heartbeat(1, (1ll << 48) + 1)}), PacketFault::kSequence);
+  EXPECT_EQ(fault({heartbeat(1, 1ll << 48)}), std::nullopt);
+  EXPECT_EQ(fault({gap(INT64_MAX - 1, INT64_MAX)}), PacketFault::kSequence);
+  Bytes far = data(Bytes(4));
+  std::fill_n(far.begin() + 4 + 12, 8, 0xff);  // the sample's number
+  far[4 + 12 + 3] = 0x7f;
+  EXPECT_EQ(fault({far}), PacketFault::kSequence);
+  Bytes fragments = fragment({});
+  std::copy_n(far.begin() + 4 + 12, 8, fragments.begin() + 4 + 12);
+  EXPECT_EQ(fault({fragments}), PacketFault::kSequence);
+  Bytes fragments_there = submessage(0x13, Bytes(24));
+  std::copy_n(far.begin() + 4 + 12, 8, fragments_there.begin() + 4 + 8);
+  EXPECT_EQ(fault({fragments_there}), PacketFault::kSequence);
+}
+
 TEST(PacketGuard, StopsDataWhosePayloadBeginsBeyondIt) {
   EXPECT_EQ(fault({data(Bytes(8), {}, 100), kTimestamp, Bytes(200)}), PacketFault::kData);
   EXPECT_EQ(fault({data(Bytes(8), {}, 4)}), PacketFault::kData);
