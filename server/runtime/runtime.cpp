@@ -661,10 +661,8 @@ std::vector<Runtime::StreamPtr> Runtime::abandon(const std::vector<std::string>&
   return abandoned;
 }
 
-bool Runtime::takeTurn() {
-  const auto others = endpoint_.others();
-  const auto now = Clock::now();
-  const auto peers = [&](const std::string& cell) {
+Election::Peers Runtime::peersOf(const std::vector<DaemonStatus>& others) {
+  return [&others](const std::string& cell) {
     std::vector<DaemonId> serving;
     for (const DaemonStatus& other : others) {
       for (const CellInfo& info : other.cells) {
@@ -673,19 +671,24 @@ bool Runtime::takeTurn() {
     }
     return serving;
   };
-  Election::Turn turn;
-  std::vector<std::string> over;
-  std::vector<StreamPtr> abandoned;
-  {
-    const MutexLock lock(mutex_);
-    noteServedByOthers(others, now);
-    if (settings_.sharing == CellSharing::kStandby) over = standForServed(now);
-    turn = election_.turn(now, peers);
-    abandoned = abandon(turn.lost);
-  }
+}
+
+Runtime::Changes Runtime::decide(Clock::time_point now) {
+  const auto others = endpoint_.others();
+  const MutexLock lock(mutex_);
+  Changes changes;
+  noteServedByOthers(others, now);
+  if (settings_.sharing == CellSharing::kStandby) changes.given_up = standForServed(now);
+  changes.turn = election_.turn(now, peersOf(others));
+  changes.abandoned = abandon(changes.turn.lost);
+  return changes;
+}
+
+bool Runtime::announce(const Changes& changes) {
+  const auto& [turn, given_up, abandoned] = changes;
   bool claimed = true;
   for (const Claim& claim : turn.claims) claimed = endpoint_.claim(claim) && claimed;
-  for (const auto* ended : {&over, &turn.lost}) {
+  for (const auto* ended : {&given_up, &turn.lost}) {
     for (const std::string& cell : *ended) endpoint_.giveUp(cellKey(cell));
   }
   for (const StreamPtr& stream : abandoned) endpoint_.handBack(stream->request);
@@ -694,15 +697,24 @@ bool Runtime::takeTurn() {
     logger("runtime")->warn("another daemon leads cell {}: {} requests are left to it", cell,
                             abandoned.size());
   }
+  return claimed;
+}
+
+bool Runtime::takeTurn() {
+  const auto now = Clock::now();
+  const Changes changes = decide(now);
+  const bool claimed = announce(changes);
+  const Election::Turn& turn = changes.turn;
+  const bool other_roles = !turn.won.empty() || !turn.lost.empty();
   bool regained = false;
   {
     const MutexLock lock(mutex_);
     const auto until = turn.leads_until.value_or(Clock::time_point::min());
     regained = claimed && now < until && now >= leads_until_;
     if (claimed || !turn.leads_until) leads_until_ = until;
-    changed_ = changed_ || !turn.won.empty() || !turn.lost.empty();
+    changed_ = changed_ || other_roles;
   }
-  if (!turn.won.empty() || !turn.lost.empty()) report_.notify_one();
+  if (other_roles) report_.notify_one();
   resume();
   return regained || !turn.won.empty();
 }

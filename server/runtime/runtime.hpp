@@ -121,6 +121,18 @@ class Runtime : public RequestHandler {
   void publishStatus();
   /// Leads, follows and gives up cells. True when that changed what is ours.
   bool takeTurn();
+
+  struct Changes {
+    Election::Turn turn;
+    std::vector<std::string> given_up;  ///< cells that we do not serve any more
+    std::vector<StreamPtr> abandoned;   ///< answers of cells that another daemon leads now
+  };
+
+  Changes decide(Clock::time_point now);
+  /// Tells the other daemons and the log. False: a claim could not be written.
+  bool announce(const Changes& changes);
+  /// @param others  outlive what is returned
+  static Election::Peers peersOf(const std::vector<DaemonStatus>& others);
   /// Gives up the answers that have begun in cells that another daemon leads now.
   std::vector<StreamPtr> abandon(const std::vector<std::string>& cells) HANDOVER_REQUIRES(mutex_);
   void noteServedByOthers(const std::vector<DaemonStatus>& others, Clock::time_point now)
