@@ -28,6 +28,8 @@ using Code = ClientError::Code;
 constexpr std::chrono::milliseconds kTogether = 40ms;
 /// A little more than the period at which participants announce themselves.
 constexpr std::chrono::milliseconds kAnnouncements = 300ms;
+/// A cancel may have gone to nobody who could keep it: it is said again until the request ends.
+constexpr std::chrono::milliseconds kCancelAgain = 500ms;
 /// Events of participants that have not announced a daemon yet, until they do.
 constexpr std::size_t kMostHeld = 4096;
 /// A deadline beyond a day is none, as in the daemon.
@@ -48,6 +50,7 @@ std::string randomClientId() { return "client-" + RequestId::random().hex().subs
 struct Client::Impl {
   using Pending = std::shared_ptr<PlanHandle::State>;
   using RequestWriter = std::shared_ptr<wire::Writer<msg::HandoverRequest>>;
+  using CancelWriter = std::shared_ptr<wire::Writer<msg::HandoverCancel>>;
 
   struct Arrival {
     Clock::time_point at;
@@ -119,6 +122,7 @@ struct Client::Impl {
     }
     for (const auto& [id, state] : open) {
       state->writer.reset();
+      state->canceller.reset();
       state->promise.set_exception(
           std::make_exception_ptr(ClientError(Code::kInterrupted, "the client was closed")));
     }
@@ -184,7 +188,8 @@ struct Client::Impl {
     return met && test();
   }
 
-  /// A daemon is announced and has matched the writers: what they write from now on arrives.
+  /// A daemon is announced and has matched the writers: what they write from now on arrives. Those
+  /// that follow it, which are announced too, are left a moment to match as well.
   template <typename... Writers>
   void awaitDaemon(MutexLock& lock, const Writers&... writers) HANDOVER_REQUIRES(mutex) {
     const bool there = await(lock, Clock::now() + options.wait, [&]() HANDOVER_REQUIRES(mutex) {
@@ -193,6 +198,10 @@ struct Client::Impl {
     if (!there) {
       throw ClientError(Code::kNoDaemon, "no daemon in domain " + std::to_string(domain));
     }
+    await(lock, Clock::now() + kAnnouncements, [&]() HANDOVER_REQUIRES(mutex) {
+      [[maybe_unused]] const int known = static_cast<int>(known_daemons.size());  // no writers
+      return ((writers->matched() >= known) && ...);
+    });
   }
 
   /// Those announced, once there is one, and those that show up with it.
@@ -226,7 +235,7 @@ struct Client::Impl {
 
   void sendCancel(const RequestId& id) {
     const auto writer = cancels.next();
-    if (writer->matched() == 0) {
+    {
       MutexLock lock(mutex);
       awaitDaemon(lock, writer);
     }
@@ -268,6 +277,7 @@ struct Client::Impl {
       awaitDaemon(lock, writer, cancelling);
       enter(state);
       state->writer = writer;
+      state->canceller = cancelling;
     }
     if (writer->write(wire::encode(state->request)) != wire::WriteResult::kOk) {
       throw ClientError(Code::kDds, "the request could not be written");
@@ -309,6 +319,10 @@ struct Client::Impl {
       } else if (const auto over = overdue(next); !over.empty()) {
         lock.unlock();
         for (const auto& [state, error] : over) fail(state, error);
+        lock.lock();
+      } else if (const auto unheard = unheardCancels(next); !unheard.empty()) {
+        lock.unlock();
+        for (const auto& [writer, id] : unheard) (void)writer->write(wire::encodeCancel(id));
         lock.lock();
       } else if (const auto silent = silentOnes(next); !silent.empty()) {
         lock.unlock();
@@ -364,6 +378,24 @@ struct Client::Impl {
     return silent;
   }
 
+  /// Cancels to say now, for the first time or again: of answers that have begun and not ended.
+  std::vector<std::pair<CancelWriter, RequestId>> unheardCancels(Clock::time_point& next)
+      HANDOVER_REQUIRES(mutex) {
+    std::vector<std::pair<CancelWriter, RequestId>> unheard;
+    const auto now = Clock::now();
+    for (const auto& [id, state] : pending) {
+      // A cancel that overtakes its request would find nothing to cancel.
+      if (!state->cancel_wanted || state->canceller == nullptr || state->next_sequence == 0)
+        continue;
+      if (state->cancelled_at + kCancelAgain <= now) {
+        unheard.emplace_back(state->canceller, id);
+        state->cancelled_at = now;
+      }
+      next = std::min(next, state->cancelled_at + kCancelAgain);
+    }
+    return unheard;
+  }
+
   /// Until when a request may go on, and what it ends with then.
   std::pair<Clock::time_point, ClientError> limit(PlanHandle::State& state, Clock::time_point now)
       HANDOVER_REQUIRES(mutex) {
@@ -392,7 +424,7 @@ struct Client::Impl {
   struct Taken {
     Pending state;  ///< null: nothing
     std::string fault;
-    bool restart = false, late_cancel = false;
+    bool restart = false;
   };
 
   Taken note(const Arrival& arrival) {
@@ -419,7 +451,8 @@ struct Client::Impl {
       return taken;
     }
     state.note(*event, arrival.writer, arrival.at);
-    taken.late_cancel = state.next_sequence == 1 && state.cancel_wanted;
+    // Another daemon may not have heard the cancel.
+    if (taken.restart) state.cancelled_at = {};
     changed.notify_all();
     return taken;
   }
@@ -429,7 +462,6 @@ struct Client::Impl {
     const Taken taken = note(arrival);
     if (taken.state == nullptr) return;
     if (!taken.fault.empty()) return fail(taken.state, ClientError(Code::kBadStream, taken.fault));
-    if (taken.late_cancel) (void)cancels.next()->write(wire::encodeCancel(arrival.id));
     deliver(taken.state, std::get<PlanEvent>(arrival.event), taken.restart, arrival.at);
   }
 
@@ -454,11 +486,13 @@ struct Client::Impl {
   /// writers may be calling back.
   void end(const Pending& state, Clock::time_point at) HANDOVER_EXCLUDES(mutex) {
     RequestWriter writer;
+    CancelWriter canceller;  // may end without the lock
     {
       const MutexLock lock(mutex);
       state->ended = true;
       state->answered_at = at;
       writer = std::move(state->writer);
+      canceller = std::move(state->canceller);
       const auto found = pending.find(state->request.id);
       if (found != pending.end() && found->second == state) pending.erase(found);
       std::erase_if(outdated, [&](const auto& each) { return each.id == state->request.id; });
@@ -501,13 +535,18 @@ bool PlanHandle::waitFor(std::chrono::milliseconds most) const {
 void PlanHandle::cancel() const {
   const auto client = state().client.lock();
   if (!client) return;
+  Client::Impl::CancelWriter writer;
   {
-    // A cancel that overtakes its request would find nothing to cancel.
     const MutexLock lock(client->mutex);
     state_->cancel_wanted = true;
-    if (state_->ended || state_->next_sequence == 0) return;
+    // A cancel that overtakes its request would find nothing to cancel: the dispatcher says it
+    // then.
+    if (state_->next_sequence == 0) return;
+    writer = state_->canceller;
+    state_->cancelled_at = Clock::now();
+    client->changed.notify_all();
   }
-  client->sendCancel(state_->request.id);
+  if (writer != nullptr) (void)writer->write(wire::encodeCancel(state_->request.id));
 }
 
 std::chrono::duration<double> PlanHandle::answerTime() const {

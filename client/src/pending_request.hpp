@@ -25,6 +25,7 @@ struct PlanHandle::State {
   std::shared_future<Outcome> future = promise.get_future().share();
 
   std::shared_ptr<wire::Writer<msg::HandoverRequest>> writer;  ///< none before the write and after
+  std::shared_ptr<wire::Writer<msg::HandoverCancel>> canceller;  ///< as long
   Clock::time_point written_at{}, heard_at{}, answered_at{};
   Clock::time_point asked_at{};                 ///< for the last time
   std::optional<AnswerId> answer;               ///< the one that is taken
@@ -39,6 +40,7 @@ struct PlanHandle::State {
   bool ended = false;
   bool cell_was_served = false;
   bool cancel_wanted = false;
+  Clock::time_point cancelled_at{};  ///< for the last time
   std::optional<Clock::time_point> lost_at;
 
   /// Forgets the answer so far; true when there was one.
