@@ -164,8 +164,11 @@ TEST_F(TwoDaemons, AreFollowedWhenKilledAndNothingIsLost) {
 
 TEST_F(TwoDaemons, OfWhichOneIsStoppedAndGoesOnSendOneOutcome) {
   for (int round = 0; round < rounds(); ++round) {
-    BareClient bare(domain, "bare");
-    bare.send(wire::encode(scripted("paced")), 2);
+    // Of its own: under one id it would get the outcomes of earlier rounds, as any late joiner
+    // does.
+    const std::string client_id = "bare-" + std::to_string(round);
+    BareClient bare(domain, client_id);
+    bare.send(wire::encode(scripted("paced", client_id)), 2);
     ASSERT_TRUE(bare.waitForEvents(3));
     leader->signal(SIGSTOP);
     ASSERT_TRUE(bare.waitFor([&](const PlanEvent& event) {

@@ -37,8 +37,8 @@ class World {
     std::vector<std::string> won, lost;
   };
 
-  explicit World(int daemons) {
-    for (int i = 0; i < daemons; ++i) join();
+  explicit World(int count) {
+    for (int i = 0; i < count; ++i) join();
   }
 
   Daemon& join() {
