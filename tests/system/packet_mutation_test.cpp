@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Live traffic between a client and the daemon, changed by seed and sent to the daemon while fresh
 // clients plan: the daemon lives, each request ends in time, and afterwards all is as before.
-// HANDOVER_PACKETS: how many a seed (default: 1500); HANDOVER_PACKET_SEEDS: how many seeds (1),
+// HANDOVER_PACKETS: how many a seed (default: 500); HANDOVER_PACKET_SEEDS: how many seeds (1),
 // HANDOVER_PACKET_SEED: the first (1).
 #include "packet_mutator.hpp"
 #include "process.hpp"
@@ -144,7 +144,7 @@ class PacketMutation : public testing::TestWithParam<int> {
 };
 
 TEST_P(PacketMutation, OfLiveTrafficLeavesTheDaemonAndItsClientsWell) {
-  const int count = fromEnvironment("HANDOVER_PACKETS", 1500);
+  const int count = fromEnvironment("HANDOVER_PACKETS", 500);
   std::cout << "seed " << GetParam() << ", " << count << " packets, daemon in domain " << domain_
             << std::endl;
   ASSERT_EQ(planOfFreshClient(), 0);

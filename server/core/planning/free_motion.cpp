@@ -63,10 +63,6 @@ void addSplits(const ArmVector& from, const ArmVector& to, std::vector<ArmVector
 
 }  // namespace
 
-std::uint32_t FreeMotionSolver::fewer(std::uint32_t most) const {
-  return most * settings_.patient_trees / std::max(settings_.patient_trees, failed_trees_);
-}
-
 MotionProblem FreeMotionSolver::problemOf(const Manipulator& arm, StateChecker& checker) const {
   MotionProblem motion;
   motion.lower = arm.kinematics->lower();
@@ -115,7 +111,9 @@ std::optional<JointPath> FreeMotionSolver::treePath(const MotionProblem& motion,
                                                     std::uint32_t& goal, std::uint32_t patience) {
   IkBiRrtSettings settings;
   settings.direct_goals = 0;
-  settings.max_iterations = patience * fewer(settings_.rrt_iterations);
+  settings.max_iterations =
+      patience * (failed_trees_ < settings_.patient_trees ? settings_.rrt_iterations
+                                                          : settings_.rrt_iterations_then);
   settings.seed = SeededRandom::mix(seed);
   settings.from_start = known.from_start;
   settings.from_goal = known.from_goal;
@@ -134,7 +132,7 @@ std::optional<JointPath> FreeMotionSolver::solve(const Manipulator& arm, const A
   if (!checker.valid(from) || !checker.valid(to)) return std::nullopt;
   // If a tree was needed last time, the few cheap attempts are skipped.
   const bool hard = known.from_start.size() > settings_.simple_path;
-  const std::uint32_t checks = hard ? settings_.few_checks : fewer(settings_.most_checks);
+  const std::uint32_t checks = hard ? settings_.few_checks : settings_.most_checks;
   if (auto path = roadmapPath(arm, motion, from, to, known.from_goal, checks)) return path;
   const auto only_goal = [&](std::uint32_t i, ArmVector& q) {
     q = to;
@@ -152,7 +150,7 @@ std::optional<JointPath> FreeMotionSolver::solveToAny(const Manipulator& arm, co
   if (!checker.valid(from)) return std::nullopt;
   // Try a roadmap path to each goal before trees.
   ArmVector to;
-  for (const std::uint32_t checks : {settings_.few_checks, fewer(settings_.most_checks)}) {
+  for (const std::uint32_t checks : {settings_.few_checks, settings_.most_checks}) {
     for (std::uint32_t i = 0; i < settings_.direct_goals && goals(i, to); ++i) {
       if (!checker.valid(to)) continue;
       if (auto path = roadmapPath(arm, motion, from, to, {}, checks)) {

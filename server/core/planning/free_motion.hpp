@@ -42,8 +42,6 @@ class FreeMotionSolver {
   std::uint32_t failedTrees() const { return failed_trees_; }
 
  private:
-  /// A bound on one search, after the searches that were in vain.
-  std::uint32_t fewer(std::uint32_t most) const;
   MotionProblem problemOf(const Manipulator& arm, StateChecker& checker) const;
   std::vector<ArmVector> viasBetween(const Manipulator& arm, const ArmVector& from,
                                      const ArmVector& to) const;

@@ -14,9 +14,9 @@ namespace handover {
 /// Paths of arms that are not straight lines of the tool.
 struct FreeMotionSettings {
   std::uint32_t rrt_iterations = 1000;  ///< 600 left 3 of 400 draws without a path, 2000 none more
-  /// Once so many trees of a request have failed, iterations and checks fall as 1/n with the trees
-  /// that have: nine of ten requests that are solved at all have seen fewer fail.
-  std::uint32_t patient_trees = 4;
+  /// Once so many trees of a request have failed, the next get fewer iterations: nine of ten
+  /// requests that are solved at all have seen fewer fail. To go on falling lost 2 of 100 draws.
+  std::uint32_t patient_trees = 4, rrt_iterations_then = 400;
   std::uint32_t shortcut_attempts = 16;
   std::uint32_t direct_goals = 4;  ///< goals to which a roadmap path is tried before RRT
   /// Segments looked at for a roadmap path, first and, where that was in vain, once more.
