@@ -11,10 +11,9 @@ bool ClaimWriters::write(const Claim& claim) {
   const MutexLock lock(mutex_);
   std::vector<Held>& held = held_[claim.cell];
   try {
-    if (held.empty() || held.back().epoch != claim.epoch) {
+    if (held.empty() || held.back().claim != claim) {
       const auto strength = static_cast<std::uint32_t>(claim.epoch);
-      held.push_back(
-          {claim.epoch, wire::Writer<msg::Leader>(participant_, {.strength = strength})});
+      held.push_back({claim, wire::Writer<msg::Leader>(participant_, {.strength = strength})});
     } else if (held.size() > 1) {
       held.erase(held.begin());
     }
@@ -27,7 +26,10 @@ bool ClaimWriters::write(const Claim& claim) {
 
 void ClaimWriters::end(const CellKey& cell) {
   const MutexLock lock(mutex_);
-  held_.erase(cell);
+  const auto found = held_.find(cell);
+  if (found == held_.end()) return;
+  for (Held& held : found->second) held.writer.dispose(wire::encode(held.claim));
+  held_.erase(found);
 }
 
 }  // namespace handover

@@ -24,7 +24,7 @@ class ClaimWriters {
 
  private:
   struct Held {
-    std::uint64_t epoch;
+    Claim claim;
     wire::Writer<msg::Leader> writer;
   };
 

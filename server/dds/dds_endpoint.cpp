@@ -29,6 +29,10 @@ constexpr int kSenders = 2;
 /// Answered requests that are told to other daemons: what the status holds.
 constexpr std::size_t kMostAnswered = 1024;
 
+/// A client's request writer that is lost for this long is gone. One that a daemon lost in its
+/// sleep is back with the client's next announcements, 0.2 to 3 s later.
+constexpr std::chrono::seconds kReturnTime{10};
+
 /// A client id that can stand as a partition: answers to one that breaks our pattern still find it,
 /// but partitions with wildcards would reach everybody.
 bool answerable(const std::string& client_id) {
@@ -245,14 +249,14 @@ struct DdsEndpoint::Impl {
   }
 
   void onRequestMatch(const wire::Match& match) {
-    if (match.gained) return;
     std::vector<RequestId> ids;
     {
       const MutexLock lock(mutex);
+      if (match.gained) return kept.regainWriter(match.peer);
+      kept.loseWriter(match.peer, Clock::now());
       for (const auto& [id, origin] : open) {
         if (origin.writer == match.peer) ids.push_back(id);
       }
-      kept.forgetWriter(match.peer);
       std::erase_if(answered, [&](const auto& each) { return each.second == match.peer; });
     }
     for (const RequestId& id : ids) cancel(id, CancelCause::kClientLost);
@@ -271,9 +275,8 @@ struct DdsEndpoint::Impl {
   }
 
   void onLeader(const wire::Sample<msg::Leader>& sample) {
-    if (sample.message == nullptr || wire::sameParticipant(sample.writer, participant.guid())) {
-      return;
-    }
+    if (wire::sameParticipant(sample.writer, participant.guid())) return;
+    if (sample.message == nullptr) return onLeaderEnd(sample);
     const auto decoded = wire::decode(*sample.message);
     const auto* claim = std::get_if<Claim>(&decoded);
     if (claim == nullptr) return;
@@ -284,17 +287,23 @@ struct DdsEndpoint::Impl {
     deliver([&](RequestHandler& to) { to.onClaim(*claim); });
   }
 
-  void onLeaderMatch(const wire::Match& match) {
-    if (match.gained) return;
+  /// A claim was given up. A writer that is lost says nothing: we may have slept, and it leads.
+  void onLeaderEnd(const wire::Sample<msg::Leader>& sample) {
+    if (sample.writers_lost) return;
     std::optional<Claim> ended;
     {
       const MutexLock lock(mutex);
-      const auto found = claimants.find(match.peer);
+      const auto found = claimants.find(sample.writer);
       if (found == claimants.end()) return;
       ended = found->second;
-      claimants.erase(found);
     }
     deliver([&](RequestHandler& to) { to.onClaimEnded(*ended); });
+  }
+
+  void onLeaderMatch(const wire::Match& match) {
+    if (match.gained) return;
+    const MutexLock lock(mutex);
+    claimants.erase(match.peer);
   }
 
   /// Answered through everything that a request's event goes through but the runtime's work.
@@ -399,6 +408,7 @@ void DdsEndpoint::publishStatus(const DaemonStatus& status) {
   {
     const MutexLock lock(impl_->mutex);
     impl_->own_id = status.id;
+    impl_->kept.forgetLost(Clock::now() - kReturnTime);
     counted.clients = static_cast<std::uint32_t>(impl_->clients.size());
     counted.refused = impl_->refused;
     counted.kept_requests = static_cast<std::uint32_t>(impl_->kept.size());

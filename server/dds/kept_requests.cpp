@@ -33,15 +33,30 @@ void KeptRequests::forget(const RequestId& id) {
   entries_.erase(found);
 }
 
-void KeptRequests::forgetWriter(const wire::Guid& writer) {
-  for (const RequestId& id : ids()) {
-    if (entries_[id].kept.writer == writer) forget(id);
+void KeptRequests::loseWriter(const wire::Guid& writer, Clock::time_point now) {
+  lost_.emplace(writer, now);
+}
+
+void KeptRequests::regainWriter(const wire::Guid& writer) { lost_.erase(writer); }
+
+void KeptRequests::forgetLost(Clock::time_point before) {
+  const auto gone = [&](const wire::Guid& writer) {
+    const auto found = lost_.find(writer);
+    return found != lost_.end() && found->second < before;
+  };
+  std::vector<RequestId> over;
+  for (const auto& [id, entry] : entries_) {
+    if (gone(entry.kept.writer)) over.push_back(id);
   }
+  for (const RequestId& id : over) forget(id);
+  std::erase_if(lost_, [&](const auto& each) { return each.second < before; });
 }
 
 std::vector<RequestId> KeptRequests::ids() const {
   std::vector<std::pair<std::uint64_t, RequestId>> places;
-  for (const auto& [id, entry] : entries_) places.emplace_back(entry.place, id);
+  for (const auto& [id, entry] : entries_) {
+    if (!lost_.contains(entry.kept.writer)) places.emplace_back(entry.place, id);
+  }
   std::sort(places.begin(), places.end());
   std::vector<RequestId> ids;
   for (const auto& [place, id] : places) ids.push_back(id);

@@ -5,6 +5,7 @@
 #include "wire/codec.hpp"
 #include "wire/entities.hpp"
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -16,8 +17,14 @@ namespace handover {
 
 /// Bounded: where the most is held, the client that holds most loses its oldest one; it asks again
 /// when nobody answers. Not safe from several threads.
+///
+/// A request writer that is lost may come back: a daemon that slept takes everybody for gone, and
+/// Fast DDS does not deliver again to a reader what it had from a writer that it lost so. What a
+/// lost writer asked for stays, but nobody is to answer it before the writer is back.
 class KeptRequests {
  public:
+  using Clock = std::chrono::steady_clock;
+
   struct Kept {
     std::string client_id;
     wire::Guid writer{};
@@ -36,9 +43,13 @@ class KeptRequests {
   std::optional<Kept> take(const RequestId& id);
   /// Its outcome is there, or nobody wants it any more.
   void forget(const RequestId& id);
-  /// All of a request writer that is gone.
-  void forgetWriter(const wire::Guid& writer);
-  /// As they came.
+
+  void loseWriter(const wire::Guid& writer, Clock::time_point now);
+  void regainWriter(const wire::Guid& writer);
+  /// Forgets the writers that were lost before then, and what they asked for.
+  void forgetLost(Clock::time_point before);
+
+  /// Those whose writers are there, as they came.
   std::vector<RequestId> ids() const;
 
   std::size_t size() const { return entries_.size(); }
@@ -54,6 +65,7 @@ class KeptRequests {
 
   const std::size_t most_, most_bytes_;
   std::map<RequestId, Entry> entries_;
+  std::map<wire::Guid, Clock::time_point> lost_;  ///< writers, and since when
   std::size_t bytes_ = 0;
   std::uint64_t next_place_ = 0;
 };

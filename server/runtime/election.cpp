@@ -59,12 +59,12 @@ void Election::ended(const Claim& claim, Clock::time_point now) {
 }
 
 Election::Turn Election::turn(Clock::time_point now, const Peers& peers) {
-  const bool slept = turned_at_ && now - *turned_at_ > times_.lease / 2;
+  const auto slept = now - turned_at_.value_or(now);
   turned_at_ = now;
   Turn turn;
   turn.leads_until = Clock::time_point::max();
   for (auto& [key, cell] : cells_) {
-    if (slept) wake(cell, now);
+    if (slept > times_.lease / 2) wake(cell, now, slept);
     if (cell.epoch) {
       lead(cell, now, peers, turn);
     } else {
@@ -79,11 +79,20 @@ Election::Turn Election::turn(Clock::time_point now, const Peers& peers) {
   return turn;
 }
 
-/// What others said meanwhile has not been heard yet: everybody has another chance.
-void Election::wake(Cell& cell, Clock::time_point now) const {
-  if (cell.rival) cell.rival->heard_at = now;
-  cell.free_at = std::max(cell.free_at, now + times_.lease);
-  if (cell.in_doubt_until) cell.in_doubt_until = now + 2 * times_.period;
+/// What others said meanwhile has not been heard yet: everybody has another chance. Where they may
+/// have lost each other, the leader is silent until it must have been found; those that would
+/// follow it wait longer.
+void Election::wake(Cell& cell, Clock::time_point now, Clock::duration slept) const {
+  const bool lost = slept >= times_.lost;
+  const auto heard_at = lost ? now + times_.found : now;
+  if (lost && cell.epoch) {
+    cell.rival.reset();
+    cell.in_doubt_until = heard_at;
+  } else if (cell.in_doubt_until) {
+    cell.in_doubt_until = std::max(*cell.in_doubt_until, now + 2 * times_.period);
+  }
+  if (cell.rival) cell.rival->heard_at = std::max(cell.rival->heard_at, heard_at);
+  cell.free_at = std::max(cell.free_at, heard_at + times_.lease);
 }
 
 void Election::claim(Cell& cell, Clock::time_point now, Turn& turn) const {

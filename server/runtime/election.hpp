@@ -22,16 +22,20 @@ struct ElectionTimes {
   std::chrono::milliseconds settle{500};   ///< a daemon listens before it claims a free cell
   std::chrono::milliseconds stagger{150};  ///< left to each daemon that goes before us
   std::chrono::milliseconds hush{50};      ///< from a first claim to leading: others may claim too
+  /// A daemon that slept for this long, and those that did not, may have lost each other: a little
+  /// less than the time after which a silent participant is lost.
+  std::chrono::milliseconds lost{2500};
+  std::chrono::milliseconds found{3000};  ///< at most, until they have found each other again
 };
 
 /// XXH128 of the name, most significant byte first.
 CellKey cellKey(const std::string& name);
 
 /// A daemon leads a cell while it claims it. A standby claims it, with the highest epoch seen plus
-/// one, when the leader has ended or was not heard for the lease, those of lower id first. Of two
-/// that claim, the one with the lower epoch steps back; with the same, the one with the higher id,
-/// and the other takes another epoch. One that slept hears first whether it was followed. Not safe
-/// from several threads; times never go back.
+/// one, when the leader has given it up or was not heard for the lease, those of lower id first. Of
+/// two that claim, the one with the lower epoch steps back; with the same, the one with the higher
+/// id, and the other takes another epoch. One that slept hears first whether it was followed, or
+/// who leads. Not safe from several threads; times never go back.
 class Election {
  public:
   using Clock = std::chrono::steady_clock;
@@ -42,7 +46,7 @@ class Election {
   void stand(const std::vector<std::string>& cells, Clock::time_point now);
   /// Another daemon's claim came.
   void heard(const Claim& claim, Clock::time_point now);
-  /// The other daemon ended, or gave its claim up.
+  /// The other daemon gave its claim up.
   void ended(const Claim& claim, Clock::time_point now);
 
   /// The other daemons that serve a cell and do not share it.
@@ -83,7 +87,7 @@ class Election {
   };
 
   bool alive(const Cell& cell, Clock::time_point now) const;
-  void wake(Cell& cell, Clock::time_point now) const;
+  void wake(Cell& cell, Clock::time_point now, Clock::duration slept) const;
   void claim(Cell& cell, Clock::time_point now, Turn& turn) const;
   void claimAnew(Cell& cell, Clock::time_point now, Turn& turn) const;
   bool stepsBack(Cell& cell, Clock::time_point now, Turn& turn) const;

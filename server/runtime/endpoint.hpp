@@ -33,7 +33,7 @@ class RequestHandler {
   virtual void onCancel(const RequestId& id, CancelCause cause) = 0;
   /// Another daemon claims to lead a cell.
   virtual void onClaim(const Claim& claim) = 0;
-  /// It gave that claim up or ended.
+  /// It gave that claim up.
   virtual void onClaimEnded(const Claim& claim) = 0;
 };
 

@@ -23,16 +23,6 @@ constexpr int kMostPreparations = 3;
 /// Memory is given back this long after the last time, at the first quiet moment.
 constexpr auto kTrimPeriod = 5s;
 
-/// Several times within the period of claims.
-constexpr auto kTurnPeriod = 25ms;
-
-/// Kept requests are looked at again this often, whatever happens.
-constexpr auto kOfferPeriod = 1s;
-
-/// A daemon that went may come back: requests that were for it are rejected after this time.
-/// Clients of ours give up before.
-constexpr auto kReturnTime = 6s;
-
 Failed failed(FailureReason reason, std::string filter, const std::string& text) {
   Failed outcome;
   outcome.reason = reason;
@@ -134,7 +124,8 @@ Runtime::Runtime(PlanService& service, Endpoint& endpoint, RuntimeSettings setti
       endpoint_(endpoint),
       settings_(std::move(settings)),
       accounts_(settings_.client_limits),
-      election_(settings_.id, settings_.election) {}
+      leadership_(endpoint, {settings_.id, settings_.sharing, settings_.election},
+                  leadershipCalls()) {}
 
 Runtime::~Runtime() { stop(); }
 
@@ -145,7 +136,7 @@ void Runtime::start() {
   }
   threads_.emplace_back([this] { statusLoop(); });
   endpoint_.open(*this);
-  leading_ = std::jthread([this] { leadLoop(); });
+  leadership_.start();
 }
 
 void Runtime::stop() {
@@ -167,12 +158,7 @@ void Runtime::stop() {
   resume();
   publishStatus();
   endpoint_.flush(2s);
-  {
-    const MutexLock lock(mutex_);
-    all_answered_ = true;
-  }
-  claims_.notify_all();
-  if (leading_.joinable()) leading_.join();
+  leadership_.stop();  // nobody follows us before all is answered
 }
 
 void Runtime::reload(const Deadline& deadline) {
@@ -195,41 +181,14 @@ void Runtime::reload(const Deadline& deadline) {
 
 // Requests, on the endpoint's threads.
 
-bool Runtime::leads(const std::string& cell, std::uint64_t epoch) const {
-  if (epoch == 0) return true;
-  return election_.roleOf(cell) == CellRole::kLeader && election_.epochOf(cell) == epoch &&
-         Clock::now() < leads_until_;
-}
-
-Runtime::CellRoute Runtime::route(const ServedCells& served, const PlanRequest& request, bool kept,
-                                  CellInfo& info) const {
+Leadership::Whose Runtime::whose(const ServedCells& served, const PlanRequest& request, bool kept,
+                                 CellInfo& info) const {
   const auto& infos = served.infos;
   const auto ours = std::find_if(infos.begin(), infos.end(),
                                  [&](const CellInfo& each) { return each.name == request.cell; });
-  if (ours != infos.end()) {
-    info = *ours;
-    if (settings_.sharing == CellSharing::kShared) return CellRoute::kOurs;
-    const MutexLock lock(mutex_);
-    info.epoch = election_.epochOf(request.cell);
-    return info.epoch > 0 && leads(request.cell, info.epoch) ? CellRoute::kOurs
-                                                             : CellRoute::kOthers;
-  }
-  const auto others = endpoint_.others();
-  const bool served_elsewhere = std::any_of(
-      others.begin(), others.end(), [&](const auto& other) { return serves(other, request.cell); });
-  if (served_elsewhere || !weReject(others)) return CellRoute::kOthers;
-  if (!kept) return CellRoute::kNobodys;
-  const MutexLock lock(mutex_);
-  const auto found = served_by_others_.find(request.cell);
-  const bool gone = found == served_by_others_.end() || Clock::now() - found->second >= kReturnTime;
-  return gone ? CellRoute::kNobodys : CellRoute::kOthers;
-}
-
-/// The one of lowest id does; a newcomer first hears who is there.
-bool Runtime::weReject(const std::vector<DaemonStatus>& others) const {
-  return Clock::now() - began_at_ >= settings_.election.settle &&
-         std::all_of(others.begin(), others.end(),
-                     [this](const DaemonStatus& other) { return settings_.id < other.id; });
+  if (ours == infos.end()) return leadership_.whoseUnserved(request.cell, kept);
+  info = *ours;
+  return leadership_.whoseServed(request.cell, info.epoch);
 }
 
 Runtime::Asked Runtime::asked(const PlanRequest& request) {
@@ -252,7 +211,7 @@ Runtime::Asked Runtime::asked(const PlanRequest& request) {
 Runtime::Admission Runtime::admit(const StreamPtr& stream) {
   const std::string& client = stream->request.client_id;
   const MutexLock lock(mutex_);
-  if (!leads(stream->request.cell, stream->epoch)) {
+  if (!leadership_.leads(stream->request.cell, stream->epoch)) {
     known_.erase(stream->request.id);
     return {false, {}};
   }
@@ -277,15 +236,15 @@ Runtime::Admission Runtime::admit(const StreamPtr& stream) {
 Verdict Runtime::onRequest(const PlanRequest& request, bool kept) {
   const CellsPtr served = service_.served();
   CellInfo cell;
-  const CellRoute where = route(*served, request, kept, cell);
-  if (where == CellRoute::kOthers) return Verdict::kPerhaps;
+  const Leadership::Whose whose_it_is = whose(*served, request, kept, cell);
+  if (whose_it_is == Leadership::Whose::kOthers) return Verdict::kPerhaps;
   if (const Asked how = asked(request); how != Asked::kFirst) {
     return how == Asked::kAgain ? Verdict::kMine : Verdict::kNotMine;
   }
 
   auto stream =
       std::make_shared<Stream>(endpoint_, request, served, settings_.deadline_s, cell.epoch);
-  if (where == CellRoute::kNobodys) {
+  if (whose_it_is == Leadership::Whose::kNobodys) {
     reject(stream, RejectionReason::kUnknownCell,
            {{"cell", "no daemon serves a cell named '" + request.cell + "'"}});
     return Verdict::kMine;
@@ -320,7 +279,7 @@ Verdict Runtime::onRequest(const PlanRequest& request, bool kept) {
 
 Verdict Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id,
                                   const std::vector<Fault>& faults) {
-  if (!weReject(endpoint_.others())) return Verdict::kPerhaps;
+  if (!leadership_.rejects()) return Verdict::kPerhaps;
   PlanRequest request;
   request.id = id;
   request.client_id = client_id;
@@ -343,19 +302,9 @@ void Runtime::onCancel(const RequestId& id, CancelCause cause) {
   for (const auto& stream : queued) finish(stream, Cancelled{cause});
 }
 
-void Runtime::onClaim(const Claim& claim) {
-  const MutexLock lock(mutex_);
-  election_.heard(claim, Clock::now());
-}
+void Runtime::onClaim(const Claim& claim) { leadership_.heard(claim); }
 
-void Runtime::onClaimEnded(const Claim& claim) {
-  {
-    const MutexLock lock(mutex_);
-    election_.ended(claim, Clock::now());
-    claim_ended_ = true;
-  }
-  claims_.notify_all();
-}
+void Runtime::onClaimEnded(const Claim& claim) { leadership_.ended(claim); }
 
 void Runtime::reject(const StreamPtr& stream, RejectionReason reason, std::vector<Fault> faults) {
   finish(stream, Rejected{reason, std::move(faults)});
@@ -370,7 +319,7 @@ void Runtime::finish(const StreamPtr& stream, Outcome outcome) {
   {
     const MutexLock lock(mutex_);
     if (stream->abandoned()) return;
-    if (stream->epoch > 0 && Clock::now() >= leads_until_ && !stopping_) {
+    if (stream->epoch > 0 && !stopping_ && !leadership_.certain()) {
       suspended_.emplace_back(stream, std::move(outcome));
       return;
     }
@@ -471,15 +420,11 @@ void Runtime::publishStatus() {
   status.cells = service_.served()->infos;
   status.memory_bytes = residentBytes();
   status.uptime_s = std::chrono::duration<double>(Clock::now() - began_at_).count();
-  const bool shared = settings_.sharing == CellSharing::kShared;
   {
     const MutexLock lock(mutex_);
-    for (CellInfo& cell : status.cells) {
-      cell.role = shared ? CellRole::kShared : election_.roleOf(cell.name);
-      cell.epoch = shared ? 0 : election_.epochOf(cell.name);
-    }
-    status.answer_times = answer_times_.summary();
     changed_ = false;
+    leadership_.tellRoles(status.cells);
+    status.answer_times = answer_times_.summary();
     status.state = stopping_ ? DaemonState::kStopping
                    : ready_  ? DaemonState::kReady
                              : DaemonState::kPreparing;
@@ -618,132 +563,54 @@ void Runtime::workerLoop(int index) noexcept {
   }
 }
 
-// Leading cells.
+// Leading cells, on the thread of the leadership.
 
-std::vector<std::string> Runtime::standForServed(Clock::time_point now) {
-  std::vector<std::string> cells;
-  const CellsPtr served = service_.served();
-  for (const CellInfo& cell : served->infos) cells.push_back(cell.name);
-  if (cells == stands_for_) return {};
-  std::vector<std::string> over;
-  for (const std::string& cell : stands_for_) {
-    if (std::find(cells.begin(), cells.end(), cell) == cells.end()) over.push_back(cell);
-  }
-  election_.stand(cells, now);
-  stands_for_ = std::move(cells);
-  return over;
+Leadership::Calls Runtime::leadershipCalls() {
+  return {[this] {
+            std::vector<std::string> names;
+            const CellsPtr served = service_.served();
+            for (const CellInfo& cell : served->infos) names.push_back(cell.name);
+            return names;
+          },
+          [this](const std::vector<std::string>& cells) { abandon(cells); }, [this] { resume(); },
+          [this] {
+            {
+              const MutexLock lock(mutex_);
+              changed_ = true;
+            }
+            report_.notify_one();
+          }};
 }
 
-void Runtime::noteServedByOthers(const std::vector<DaemonStatus>& others, Clock::time_point now) {
-  for (const DaemonStatus& other : others) {
-    for (const CellInfo& cell : other.cells) served_by_others_[cell.name] = now;
-  }
-  std::erase_if(served_by_others_,
-                [&](const auto& served) { return now - served.second >= kReturnTime; });
-}
-
-std::vector<Runtime::StreamPtr> Runtime::abandon(const std::vector<std::string>& cells) {
+void Runtime::abandon(const std::vector<std::string>& cells) {
   const auto lost = [&](const StreamPtr& stream) {
     return stream->epoch > 0 &&
            std::find(cells.begin(), cells.end(), stream->request.cell) != cells.end();
   };
   std::vector<StreamPtr> abandoned;
-  for (const auto& [id, stream] : open_) {
-    if (lost(stream)) abandoned.push_back(stream);
-  }
-  (void)extract(lost);
-  std::erase_if(suspended_, [&](const auto& waiting) { return lost(waiting.first); });
-  for (const StreamPtr& stream : abandoned) {
-    stream->abandon();
-    open_.erase(stream->request.id);
-    known_.erase(stream->request.id);
-  }
-  return abandoned;
-}
-
-Election::Peers Runtime::peersOf(const std::vector<DaemonStatus>& others) {
-  return [&others](const std::string& cell) {
-    std::vector<DaemonId> serving;
-    for (const DaemonStatus& other : others) {
-      for (const CellInfo& info : other.cells) {
-        if (info.name == cell && info.role != CellRole::kShared) serving.push_back(other.id);
-      }
-    }
-    return serving;
-  };
-}
-
-Runtime::Changes Runtime::decide(Clock::time_point now) {
-  const auto others = endpoint_.others();
-  const MutexLock lock(mutex_);
-  Changes changes;
-  noteServedByOthers(others, now);
-  if (settings_.sharing == CellSharing::kStandby) changes.given_up = standForServed(now);
-  changes.turn = election_.turn(now, peersOf(others));
-  changes.abandoned = abandon(changes.turn.lost);
-  return changes;
-}
-
-bool Runtime::announce(const Changes& changes) {
-  const auto& [turn, given_up, abandoned] = changes;
-  bool claimed = true;
-  for (const Claim& claim : turn.claims) claimed = endpoint_.claim(claim) && claimed;
-  for (const auto* ended : {&given_up, &turn.lost}) {
-    for (const std::string& cell : *ended) endpoint_.giveUp(cellKey(cell));
-  }
-  for (const StreamPtr& stream : abandoned) endpoint_.handBack(stream->request);
-  for (const std::string& cell : turn.won) logger("runtime")->info("leads cell {}", cell);
-  for (const std::string& cell : turn.lost) {
-    logger("runtime")->warn("another daemon leads cell {}: {} requests are left to it", cell,
-                            abandoned.size());
-  }
-  return claimed;
-}
-
-bool Runtime::takeTurn() {
-  const auto now = Clock::now();
-  const Changes changes = decide(now);
-  const bool claimed = announce(changes);
-  const Election::Turn& turn = changes.turn;
-  const bool other_roles = !turn.won.empty() || !turn.lost.empty();
-  bool regained = false;
   {
     const MutexLock lock(mutex_);
-    const auto until = turn.leads_until.value_or(Clock::time_point::min());
-    regained = claimed && now < until && now >= leads_until_;
-    if (claimed || !turn.leads_until) leads_until_ = until;
-    changed_ = changed_ || other_roles;
+    for (const auto& [id, stream] : open_) {
+      if (lost(stream)) abandoned.push_back(stream);
+    }
+    (void)extract(lost);
+    std::erase_if(suspended_, [&](const auto& waiting) { return lost(waiting.first); });
+    for (const StreamPtr& stream : abandoned) {
+      stream->abandon();
+      open_.erase(stream->request.id);
+      known_.erase(stream->request.id);
+    }
   }
-  if (other_roles) report_.notify_one();
-  resume();
-  return regained || !turn.won.empty();
+  for (const StreamPtr& stream : abandoned) endpoint_.handBack(stream->request);
 }
 
 void Runtime::resume() {
   std::vector<std::pair<StreamPtr, Outcome>> due;
   {
     const MutexLock lock(mutex_);
-    if (Clock::now() >= leads_until_ && !stopping_) return;
     due.swap(suspended_);
   }
   for (auto& [stream, outcome] : due) finish(stream, std::move(outcome));
-}
-
-void Runtime::leadLoop() noexcept {
-  nameThread("lead");
-  auto offered_at = Clock::now();
-  while (true) {
-    const bool gained = takeTurn();
-    if (gained || Clock::now() - offered_at >= kOfferPeriod) {
-      endpoint_.offerKept();
-      offered_at = Clock::now();
-    }
-    MutexLock lock(mutex_);
-    claims_.wait_for(lock, kTurnPeriod,
-                     [this]() HANDOVER_REQUIRES(mutex_) { return all_answered_ || claim_ended_; });
-    if (all_answered_) return;
-    claim_ended_ = false;
-  }
 }
 
 bool Runtime::isQuiet() const {

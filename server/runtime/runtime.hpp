@@ -4,9 +4,9 @@
 #pragma once
 
 #include "runtime/client_accounts.hpp"
-#include "runtime/election.hpp"
 #include "runtime/endpoint.hpp"
 #include "runtime/fair_queue.hpp"
+#include "runtime/leadership.hpp"
 #include "runtime/plan_service.hpp"
 #include "runtime/recent_times.hpp"
 
@@ -24,12 +24,6 @@
 #include <vector>
 
 namespace handover {
-
-/// What daemons do that serve the same cell.
-enum class CellSharing {
-  kStandby,  ///< one of them leads and answers, the others wait to follow it
-  kShared,   ///< each answers every request
-};
 
 struct RuntimeSettings {
   int threads = 1;                   ///< workers, at least 1
@@ -81,14 +75,9 @@ class Runtime : public RequestHandler {
   using StreamPtr = std::shared_ptr<Stream>;
   using CellsPtr = std::shared_ptr<const ServedCells>;
 
-  enum class CellRoute { kOurs, kOthers, kNobodys };
-  /// With what is ours of the cell, its epoch included.
-  CellRoute route(const ServedCells& served, const PlanRequest& request, bool kept,
-                  CellInfo& info) const;
-  /// Of the daemons that are there, we reject what is nobody's.
-  bool weReject(const std::vector<DaemonStatus>& others) const;
-  /// Whether we lead a cell for certain, with that epoch; 0: we share it.
-  bool leads(const std::string& cell, std::uint64_t epoch) const HANDOVER_REQUIRES(mutex_);
+  /// Whose a request is. @param info  what is ours of its cell, its epoch included.
+  Leadership::Whose whose(const ServedCells& served, const PlanRequest& request, bool kept,
+                          CellInfo& info) const;
   enum class Asked { kFirst, kAgain, kMeanwhile };
   /// Takes an id that is new. One that was answered, or is being answered to another client, is
   /// rejected; the same client has what it asks for on its way.
@@ -119,33 +108,15 @@ class Runtime : public RequestHandler {
   /// Requests that wait for a worker or for what they lack, what is being made included.
   std::uint32_t waiting() const HANDOVER_REQUIRES(mutex_);
   void publishStatus();
-  /// Leads, follows and gives up cells. True when that changed what is ours.
-  bool takeTurn();
-
-  struct Changes {
-    Election::Turn turn;
-    std::vector<std::string> given_up;  ///< cells that we do not serve any more
-    std::vector<StreamPtr> abandoned;   ///< answers of cells that another daemon leads now
-  };
-
-  Changes decide(Clock::time_point now);
-  /// Tells the other daemons and the log. False: a claim could not be written.
-  bool announce(const Changes& changes);
-  /// @param others  outlive what is returned
-  static Election::Peers peersOf(const std::vector<DaemonStatus>& others);
+  Leadership::Calls leadershipCalls();
   /// Gives up the answers that have begun in cells that another daemon leads now.
-  std::vector<StreamPtr> abandon(const std::vector<std::string>& cells) HANDOVER_REQUIRES(mutex_);
-  void noteServedByOthers(const std::vector<DaemonStatus>& others, Clock::time_point now)
-      HANDOVER_REQUIRES(mutex_);
-  /// The cells that are ours from now on, and not before; those that are not any more.
-  std::vector<std::string> standForServed(Clock::time_point now) HANDOVER_REQUIRES(mutex_);
+  void abandon(const std::vector<std::string>& cells);
   /// Sends outcomes that waited until it was known whether we lead.
   void resume();
 
   void prepareLoop() noexcept;
   void workerLoop(int index) noexcept;
   void statusLoop() noexcept;
-  void leadLoop() noexcept;
 
   PlanService& service_;
   Endpoint& endpoint_;
@@ -156,7 +127,6 @@ class Runtime : public RequestHandler {
   Condition work_;    // queue_, stopping_ changed
   Condition lacks_;   // unprepared_, stopping_ changed
   Condition report_;  // something to report, a new deadline, or stopping
-  Condition claims_;  // a claim ended, or all is answered
   FairQueue<StreamPtr> queue_ HANDOVER_GUARDED_BY(mutex_);
   FairQueue<StreamPtr> unprepared_ HANDOVER_GUARDED_BY(mutex_);  // something has to be made first
   ClientAccounts accounts_ HANDOVER_GUARDED_BY(mutex_);
@@ -173,19 +143,12 @@ class Runtime : public RequestHandler {
   std::string prepare_failure_ HANDOVER_GUARDED_BY(mutex_);
   RecentTimes answer_times_ HANDOVER_GUARDED_BY(mutex_);
 
-  const Clock::time_point began_at_ = Clock::now();
-  Election election_ HANDOVER_GUARDED_BY(mutex_);
-  std::vector<std::string> stands_for_ HANDOVER_GUARDED_BY(mutex_);
-  /// Nobody else can lead the cells that we lead before then.
-  Clock::time_point leads_until_ HANDOVER_GUARDED_BY(mutex_) = Clock::time_point::min();
-  /// Outcomes of cells of which it is not known whether we still lead them.
+  /// Outcomes of cells of which it is not certain whether we still lead them.
   std::vector<std::pair<StreamPtr, Outcome>> suspended_ HANDOVER_GUARDED_BY(mutex_);
-  std::map<std::string, Clock::time_point> served_by_others_ HANDOVER_GUARDED_BY(mutex_);
-  bool claim_ended_ HANDOVER_GUARDED_BY(mutex_) = false;
-  bool all_answered_ HANDOVER_GUARDED_BY(mutex_) = false;
 
+  const Clock::time_point began_at_ = Clock::now();
+  Leadership leadership_;  ///< asked under mutex_, never the other way round
   std::vector<std::jthread> threads_;
-  std::jthread leading_;  ///< outlives the others: nobody follows us before all is answered
 };
 
 }  // namespace handover

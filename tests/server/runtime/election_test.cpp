@@ -24,7 +24,8 @@ const std::string kCell = "butler";
 DaemonId idOf(std::uint8_t number) { return {number}; }
 
 /// Daemons on one wire that delivers at once, but to those that sleep: they hear all of it when
-/// they wake, after they have had a turn.
+/// they wake, after they have had a turn. One that slept for 3 s and the others have lost each
+/// other: for a while after that they hear nothing of each other.
 class World {
  public:
   struct Daemon {
@@ -32,6 +33,7 @@ class World {
 
     Election election;
     bool alive = true, asleep = false, announced = true;
+    Time asleep_since, lost_until;
     std::vector<Claim> inbox;
     std::optional<Time> leads_until;
     std::vector<std::string> won, lost;
@@ -63,6 +65,17 @@ class World {
     return all;
   }
 
+  void sleep(std::size_t i) {
+    daemons[i]->asleep = true;
+    daemons[i]->asleep_since = now;
+  }
+
+  void wake(std::size_t i) {
+    Daemon& self = *daemons[i];
+    self.asleep = false;
+    if (now - self.asleep_since >= 3s) self.lost_until = now + 2500ms;
+  }
+
   /// Those that may send an outcome now.
   int mayAnswer() const {
     int count = 0;
@@ -89,6 +102,7 @@ class World {
     for (std::size_t i = 0; i < daemons.size(); ++i) turn(i);
     for (const auto& each : daemons) {
       if (each->asleep || !each->alive) continue;
+      if (isLost(*each)) each->inbox.clear();
       for (const Claim& claim : each->inbox) each->election.heard(claim, now);
       each->inbox.clear();
     }
@@ -97,20 +111,25 @@ class World {
   void turn(std::size_t i) {
     Daemon& self = *daemons[i];
     if (!self.alive || self.asleep) return;
+    const bool lost = isLost(self);
     const auto turn = self.election.turn(now, [&](const std::string&) { return peersOf(i); });
     self.leads_until = turn.leads_until;
     self.won.insert(self.won.end(), turn.won.begin(), turn.won.end());
     self.lost.insert(self.lost.end(), turn.lost.begin(), turn.lost.end());
+    if (lost) return;
     for (const Claim& claim : turn.claims) {
       for (const auto& each : daemons) each->inbox.push_back(claim);
     }
   }
 
+  bool isLost(const Daemon& daemon) const { return now < daemon.lost_until; }
+
   /// A daemon that was killed or stopped is still announced.
   std::vector<DaemonId> peersOf(std::size_t self) const {
     std::vector<DaemonId> peers;
+    if (isLost(*daemons[self])) return peers;
     for (std::size_t i = 0; i < daemons.size(); ++i) {
-      if (i != self && daemons[i]->announced)
+      if (i != self && daemons[i]->announced && !isLost(*daemons[i]))
         peers.push_back(idOf(static_cast<std::uint8_t>(i + 1)));
     }
     return peers;
@@ -182,10 +201,10 @@ TEST(AnElection, FollowsALeaderThatEndsAtOnce) {
 TEST(AnElection, HasAStoppedLeaderStepBackBeforeItAnswers) {
   World world(2);
   world.run(2s);
-  world[0].asleep = true;
-  world.run(3s);
+  world.sleep(0);
+  world.run(2s);
   ASSERT_EQ(world[1].election.roleOf(kCell), CellRole::kLeader);
-  world[0].asleep = false;
+  world.wake(0);
   for (int i = 0; i < 40; ++i) {
     world.run(kStep);
     EXPECT_LE(world.mayAnswer(), 1);
@@ -195,25 +214,60 @@ TEST(AnElection, HasAStoppedLeaderStepBackBeforeItAnswers) {
   EXPECT_EQ(world[0].election.roleOf(kCell), CellRole::kStandby);
 }
 
+TEST(AnElection, HasALeaderThatAllHaveLostStepBackBeforeItAnswers) {
+  World world(2);
+  world.run(2s);
+  world.sleep(0);
+  world.run(5s);
+  world.wake(0);
+  for (int i = 0; i < 160; ++i) {
+    world.run(kStep);
+    EXPECT_EQ(world.mayAnswer(), 1);
+  }
+  EXPECT_THAT(world.leaders(), ElementsAre(1));
+  EXPECT_TRUE(world[1].lost.empty());
+}
+
 TEST(AnElection, HasALeaderGoOnThatSleptAndWasNotFollowed) {
   World world(1);
   world.run(2s);
-  world[0].asleep = true;
-  world.run(8s);
-  world[0].asleep = false;
+  world.sleep(0);
+  world.run(2s);
+  world.wake(0);
   world.run(2 * kStep);
+  EXPECT_EQ(world.mayAnswer(), 1);
+  world.sleep(0);
+  world.run(8s);
+  world.wake(0);
+  world.run(2900ms);  // somebody may have come and followed it
+  EXPECT_EQ(world.mayAnswer(), 0);
+  world.run(200ms);
   EXPECT_EQ(world.mayAnswer(), 1);
   EXPECT_EQ(world[0].election.epochOf(kCell), 1u);
   EXPECT_TRUE(world[0].lost.empty());
 }
 
 TEST(AnElection, KeepsAStandbyThatSleptFromTakingOver) {
+  for (const auto time : {1s, 4s}) {
+    World world(2);
+    world.run(2s);
+    world.sleep(1);
+    world.run(time);
+    world.wake(1);
+    world.run(5s);
+    EXPECT_THAT(world.leaders(), ElementsAre(0));
+    EXPECT_TRUE(world[1].won.empty());
+    EXPECT_TRUE(world[0].lost.empty());
+  }
+}
+
+TEST(AnElection, KeepsItsLeaderWhenAllSleep) {
   World world(2);
   world.run(2s);
-  world[1].asleep = true;
-  world.run(3s);
-  world[1].asleep = false;
-  world.run(2s);
+  for (const std::size_t i : {0, 1}) world.sleep(i);
+  world.run(10s);
+  for (const std::size_t i : {0, 1}) world.wake(i);
+  world.run(5s);
   EXPECT_THAT(world.leaders(), ElementsAre(0));
   EXPECT_TRUE(world[1].won.empty());
 }
@@ -254,7 +308,7 @@ TEST(AnElection, NeverLetsTwoAnswerWhoeverSleepsOrEnds) {
     for (int event = 0; event < 20; ++event) {
       const auto chosen = random() % world.daemons.size();
       auto& daemon = world[chosen];
-      if (daemon.alive) daemon.asleep = !daemon.asleep;
+      if (daemon.alive) daemon.asleep ? world.wake(chosen) : world.sleep(chosen);
       if (random() % 10 == 0 && world.daemons.size() < 8) world.join();
       if (random() % 10 == 0) world[random() % world.daemons.size()].alive = false;
       for (unsigned i = random() % 80; i > 0; --i) {
@@ -262,9 +316,11 @@ TEST(AnElection, NeverLetsTwoAnswerWhoeverSleepsOrEnds) {
         ASSERT_LE(world.mayAnswer(), 1) << "seed " << seed << ", event " << event;
       }
     }
-    for (const auto& each : world.daemons) each->asleep = false;
+    for (std::size_t i = 0; i < world.daemons.size(); ++i) {
+      if (world[i].asleep) world.wake(i);
+    }
     world.join();
-    world.run(4s);
+    world.run(8s);
     EXPECT_EQ(world.leaders().size(), 1u) << "seed " << seed;
   }
 }
