@@ -188,8 +188,7 @@ struct Client::Impl {
     return met && test();
   }
 
-  /// A daemon is announced and has matched the writers: what they write from now on arrives. Those
-  /// that follow it, which are announced too, are left a moment to match as well.
+  /// A daemon is announced and has matched the writers: what they write from now on arrives.
   template <typename... Writers>
   void awaitDaemon(MutexLock& lock, const Writers&... writers) HANDOVER_REQUIRES(mutex) {
     const bool there = await(lock, Clock::now() + options.wait, [&]() HANDOVER_REQUIRES(mutex) {
@@ -198,10 +197,6 @@ struct Client::Impl {
     if (!there) {
       throw ClientError(Code::kNoDaemon, "no daemon in domain " + std::to_string(domain));
     }
-    await(lock, Clock::now() + kAnnouncements, [&]() HANDOVER_REQUIRES(mutex) {
-      [[maybe_unused]] const int known = static_cast<int>(known_daemons.size());  // no writers
-      return ((writers->matched() >= known) && ...);
-    });
   }
 
   /// Those announced, once there is one, and those that show up with it.
@@ -238,6 +233,10 @@ struct Client::Impl {
     {
       MutexLock lock(mutex);
       awaitDaemon(lock, writer);
+      // Who matches later does not get it: the one that answers may not be the first that does.
+      await(lock, Clock::now() + kAnnouncements, [&]() HANDOVER_REQUIRES(mutex) {
+        return writer->matched() >= static_cast<int>(known_daemons.size());
+      });
     }
     // Ours end with the instance too, but the message is what other clients can send.
     if (writer->write(wire::encodeCancel(id)) != wire::WriteResult::kOk) {

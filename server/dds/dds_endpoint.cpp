@@ -179,10 +179,13 @@ struct DdsEndpoint::Impl {
     }
     KeptRequests::Kept asked{client_id, sample.writer, wire::decode(*sample.message)};
     asked.bytes = msg::HandoverRequest::getCdrSerializedSize(*sample.message);
-    const Verdict verdict = ask(id, asked, false);
+    {
+      const MutexLock lock(mutex);
+      kept.forget(id);  // before it is asked for: what is taken may be handed back at once
+    }
+    if (ask(id, asked, false) != Verdict::kPerhaps) return;
     const MutexLock lock(mutex);
-    kept.forget(id);
-    if (verdict == Verdict::kPerhaps) kept.keep(id, std::move(asked));
+    kept.keep(id, std::move(asked));
   }
 
   /// The handler's word on a request.

@@ -52,11 +52,6 @@ void MemoryEndpoint::endClaim(const Claim& claim) {
   if (handler_ != nullptr) handler_->onClaimEnded(claim);
 }
 
-void MemoryEndpoint::loseOthers() {
-  const MutexLock lock(mutex_);
-  others_.clear();
-}
-
 std::vector<DaemonStatus> MemoryEndpoint::others() const {
   const MutexLock lock(mutex_);
   return others_;

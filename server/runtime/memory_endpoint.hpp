@@ -33,7 +33,6 @@ class MemoryEndpoint : public Endpoint {
                    const std::vector<Fault>& faults);
   void cancel(const RequestId& id, CancelCause cause = CancelCause::kAsked);
   void announceOther(const DaemonStatus& status);
-  void loseOthers();
   void hearClaim(const Claim& claim);
   void endClaim(const Claim& claim);
 
