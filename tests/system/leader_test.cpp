@@ -177,7 +177,9 @@ TEST_F(TwoDaemons, OfWhichOneIsStoppedAndGoesOnSendOneOutcome) {
     ASSERT_TRUE(bare.waitFor(acceptedBy(standby_id)));
     ASSERT_TRUE(bare.waitFor(isOutcome));
     // In every second round until all have lost each other.
-    if (round % 2 == 1) ASSERT_TRUE(eventually([this] { return client.daemons().size() == 1; }));
+    if (round % 2 == 1) {
+      ASSERT_TRUE(eventually([this] { return client.daemons().size() == 1; }));
+    }
     leader->signal(SIGCONT);
     waitForPair(standby_id);
     // It has stepped back once it keeps requests for the other.
