@@ -48,8 +48,7 @@ class Runtime::Stream : public PlanEventSink {
         endpoint_(endpoint) {
     facts.task = request.task;
     const std::optional<double> seconds = request.deadline_s ? request.deadline_s : patience_s;
-    // Deadlines beyond a day are no deadlines; the clock would overflow on absurd ones.
-    if (!seconds || *seconds >= 86'400.0) return;
+    if (!seconds || *seconds >= kLongestDeadline) return;
     deadline_at = taken_at + std::chrono::duration_cast<Clock::duration>(
                                  std::chrono::duration<double>(*seconds));
     deadline = Deadline(*deadline_at);
