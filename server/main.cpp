@@ -6,6 +6,7 @@
 //   signals    sigwait; a signal; ~DaemonSignals
 //   prepare    builds what is missing, ends; files and processors; Runtime::stop()
 //   worker-N   takes a request, plans; the queue; Runtime::stop()
+//   lead       claims cells, follows other daemons' claims; claims and time; Runtime::stop()
 //   status     reports changes, expires queued deadlines; changes and time; Runtime::stop()
 //   send-N     writes events, makes and deletes their writers; what is to be sent; ~DdsEndpoint
 //   probe      asks the daemon from outside every two seconds; an answer; runDaemon()
@@ -126,6 +127,7 @@ RuntimeSettings runtimeSettings(const DaemonSettings& settings) {
   runtime.client_queue = static_cast<std::size_t>(limits.client_queue);
   runtime.client_limits = {limits.client_cpu_s,
                            kMebibyte * static_cast<std::uint64_t>(limits.client_cache_mib)};
+  runtime.sharing = settings.share_cells ? CellSharing::kShared : CellSharing::kStandby;
   if (limits.deadline_s > 0) runtime.deadline_s = limits.deadline_s;
   return runtime;
 }

@@ -45,6 +45,8 @@ Json cellJson(const CellInfo& cell) {
           {"tasks", cell.tasks},
           {"scene_revision", cell.revision},
           {"scene_hash", cell.scene_hash},
+          {"role", toString(cell.role)},
+          {"epoch", cell.epoch},
           {"vary", std::move(vary)}};
 }
 
@@ -52,6 +54,8 @@ Json statusJson(const DaemonStatus& status) {
   Json cells = Json::array();
   for (const CellInfo& cell : status.cells) cells.push_back(cellJson(cell));
   const OutcomeCounters& n = status.counters;
+  Json times = nullptr;
+  if (const auto& t = status.answer_times) times = {{"median", t->median_ms}, {"p95", t->p95_ms}};
   return {{"id", RequestId{status.id}.hex()},
           {"version", status.version},
           {"state", toString(status.state)},
@@ -62,6 +66,9 @@ Json statusJson(const DaemonStatus& status) {
           {"refused", status.refused},
           {"memory_bytes", status.memory_bytes},
           {"dropped_packets", status.dropped_packets},
+          {"uptime_s", status.uptime_s},
+          {"answer_ms", std::move(times)},
+          {"kept_requests", status.kept_requests},
           {"counters",
            {{"accepted", n.accepted},
             {"done", n.done},

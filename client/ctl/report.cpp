@@ -213,19 +213,36 @@ void Report::print(const Outcome& outcome) {
 
 void Report::print(const Workspaces&) {}  // to be looked at on the page
 
+namespace {
+
+std::string roleText(const CellInfo& cell) {
+  if (cell.role == CellRole::kUndecided || cell.role == CellRole::kShared) {
+    return toString(cell.role);
+  }
+  return fmt::format("{}, epoch {}", toString(cell.role), cell.epoch);
+}
+
+}  // namespace
+
 void printStatus(std::ostream& out, const DaemonStatus& status) {
-  out << fmt::format("daemon {} {}: {}, {} running, {} queued\n", RequestId{status.id}.hex(),
-                     printable(status.version), toString(status.state), status.running,
-                     status.queued);
+  out << fmt::format(
+      "daemon {} {}: {}, up for {:.0f} s, {} running, {} queued, {} kept for others\n",
+      RequestId{status.id}.hex(), printable(status.version), toString(status.state),
+      status.uptime_s, status.running, status.queued, status.kept_requests);
   const OutcomeCounters& n = status.counters;
   out << fmt::format("  requests: {} accepted, {} done, {} failed, {} cancelled, {} rejected\n",
                      n.accepted, n.done, n.failed, n.cancelled, n.rejected);
+  if (const auto& times = status.answer_times) {
+    out << fmt::format("  answers: median {:.1f} ms, 95 % within {:.1f} ms\n", times->median_ms,
+                       times->p95_ms);
+  }
   out << fmt::format(
       "  clients: {}, requests refused: {}, packets dropped: {}, memory: {:.0f} MB\n",
       status.clients, status.refused, status.dropped_packets,
       1e-6 * static_cast<double>(status.memory_bytes));
   for (const CellInfo& cell : status.cells) {
-    out << fmt::format("  cell {} (revision {}):", printable(cell.name), cell.revision);
+    out << fmt::format("  cell {} (revision {}; {}):", printable(cell.name), cell.revision,
+                       roleText(cell));
     for (const auto& task : cell.tasks) out << ' ' << printable(task);
     out << "\n";
   }

@@ -28,6 +28,8 @@ using Code = ClientError::Code;
 constexpr std::chrono::milliseconds kTogether = 40ms;
 /// A little more than the period at which participants announce themselves.
 constexpr std::chrono::milliseconds kAnnouncements = 300ms;
+/// A cancel may have gone to nobody who could keep it: it is said again until the request ends.
+constexpr std::chrono::milliseconds kCancelAgain = 500ms;
 /// Events of participants that have not announced a daemon yet, until they do.
 constexpr std::size_t kMostHeld = 4096;
 
@@ -46,6 +48,7 @@ std::string randomClientId() { return "client-" + RequestId::random().hex().subs
 struct Client::Impl {
   using Pending = std::shared_ptr<PlanHandle::State>;
   using RequestWriter = std::shared_ptr<wire::Writer<msg::HandoverRequest>>;
+  using CancelWriter = std::shared_ptr<wire::Writer<msg::HandoverCancel>>;
 
   struct Arrival {
     Clock::time_point at;
@@ -66,6 +69,8 @@ struct Client::Impl {
   std::deque<Arrival> arrivals HANDOVER_GUARDED_BY(mutex);
   /// Of participants that have not announced a daemon.
   std::deque<Arrival> held HANDOVER_GUARDED_BY(mutex);
+  /// Of leaders that were followed by one that is there.
+  std::deque<Arrival> outdated HANDOVER_GUARDED_BY(mutex);
   OnEvent on_watched HANDOVER_GUARDED_BY(mutex);
   bool interrupted HANDOVER_GUARDED_BY(mutex) = false;
   bool stopping HANDOVER_GUARDED_BY(mutex) = false;
@@ -115,6 +120,7 @@ struct Client::Impl {
     }
     for (const auto& [id, state] : open) {
       state->writer.reset();
+      state->canceller.reset();
       state->promise.set_exception(
           std::make_exception_ptr(ClientError(Code::kInterrupted, "the client was closed")));
     }
@@ -156,6 +162,10 @@ struct Client::Impl {
     if (match.gained) return;
     const MutexLock lock(mutex);
     known_daemons.lose(match.peer);
+    // Who has followed them may be gone.
+    for (const auto& [id, state] : pending) state->outdated.clear();
+    std::move(outdated.begin(), outdated.end(), std::back_inserter(arrivals));
+    outdated.clear();
     changed.notify_all();
   }
 
@@ -196,9 +206,10 @@ struct Client::Impl {
       await(lock, Clock::now() + kTogether,
             [this, known]() HANDOVER_REQUIRES(mutex) { return known_daemons.size() > known; });
     }
-    // Who has been found has a status that is on its way.
+    // Who has been found has a status that is on its way; a standby has a leader.
     await(lock, Clock::now() + kAnnouncements, [this]() HANDOVER_REQUIRES(mutex) {
-      return statuses.matched() <= static_cast<int>(known_daemons.size());
+      const auto found = static_cast<std::size_t>(participant->others(wire::kDaemonParticipant));
+      return found <= known_daemons.size() && known_daemons.withLeaders();
     });
     return known_daemons.all();
   }
@@ -218,9 +229,14 @@ struct Client::Impl {
 
   void sendCancel(const RequestId& id) {
     const auto writer = cancels.next();
-    if (writer->matched() == 0) {
+    {
       MutexLock lock(mutex);
       awaitDaemon(lock, writer);
+      // Who matches later does not get it: the one that answers may not be the first that does.
+      await(lock, Clock::now() + kAnnouncements, [&]() HANDOVER_REQUIRES(mutex) {
+        return writer->matched() >= std::max(static_cast<int>(known_daemons.size()),
+                                             participant->others(wire::kDaemonParticipant));
+      });
     }
     // Ours end with the instance too, but the message is what other clients can send.
     if (writer->write(wire::encodeCancel(id)) != wire::WriteResult::kOk) {
@@ -260,6 +276,7 @@ struct Client::Impl {
       awaitDaemon(lock, writer, cancelling);
       enter(state);
       state->writer = writer;
+      state->canceller = cancelling;
     }
     if (writer->write(wire::encode(state->request)) != wire::WriteResult::kOk) {
       throw ClientError(Code::kDds, "the request could not be written");
@@ -301,6 +318,10 @@ struct Client::Impl {
       } else if (const auto over = overdue(next); !over.empty()) {
         lock.unlock();
         for (const auto& [state, error] : over) fail(state, error);
+        lock.lock();
+      } else if (const auto unheard = unheardCancels(next); !unheard.empty()) {
+        lock.unlock();
+        for (const auto& [writer, id] : unheard) (void)writer->write(wire::encodeCancel(id));
         lock.lock();
       } else if (const auto silent = silentOnes(next); !silent.empty()) {
         lock.unlock();
@@ -356,6 +377,24 @@ struct Client::Impl {
     return silent;
   }
 
+  /// Cancels to say now, for the first time or again: of answers that have begun and not ended.
+  std::vector<std::pair<CancelWriter, RequestId>> unheardCancels(Clock::time_point& next)
+      HANDOVER_REQUIRES(mutex) {
+    std::vector<std::pair<CancelWriter, RequestId>> unheard;
+    const auto now = Clock::now();
+    for (const auto& [id, state] : pending) {
+      // A cancel that overtakes its request would find nothing to cancel.
+      if (!state->cancel_wanted || state->canceller == nullptr || state->next_sequence == 0)
+        continue;
+      if (state->cancelled_at + kCancelAgain <= now) {
+        unheard.emplace_back(state->canceller, id);
+        state->cancelled_at = now;
+      }
+      next = std::min(next, state->cancelled_at + kCancelAgain);
+    }
+    return unheard;
+  }
+
   /// Until when a request may go on, and what it ends with then.
   std::pair<Clock::time_point, ClientError> limit(PlanHandle::State& state, Clock::time_point now)
       HANDOVER_REQUIRES(mutex) {
@@ -384,7 +423,7 @@ struct Client::Impl {
   struct Taken {
     Pending state;  ///< null: nothing
     std::string fault;
-    bool restart = false, late_cancel = false;
+    bool restart = false;
   };
 
   Taken note(const Arrival& arrival) {
@@ -399,6 +438,10 @@ struct Client::Impl {
       return taken;
     }
     if (state.dropped.contains(event->answer_id)) return {};
+    if (known_daemons.announced(state.from) && state.isOutdated(*event)) {
+      if (outdated.size() < kMostHeld) outdated.push_back(arrival);
+      return {};
+    }
     taken.restart = state.answer != event->answer_id && state.begin(event->answer_id);
     if (event->sequence < state.next_sequence) return {};
     if (event->sequence > state.next_sequence) {
@@ -406,8 +449,9 @@ struct Client::Impl {
                     std::to_string(event->sequence);
       return taken;
     }
-    state.note(*event, arrival.at);
-    taken.late_cancel = state.next_sequence == 1 && state.cancel_wanted;
+    state.note(*event, arrival.writer, arrival.at);
+    // Another daemon may not have heard the cancel.
+    if (taken.restart) state.cancelled_at = {};
     changed.notify_all();
     return taken;
   }
@@ -417,7 +461,6 @@ struct Client::Impl {
     const Taken taken = note(arrival);
     if (taken.state == nullptr) return;
     if (!taken.fault.empty()) return fail(taken.state, ClientError(Code::kBadStream, taken.fault));
-    if (taken.late_cancel) (void)cancels.next()->write(wire::encodeCancel(arrival.id));
     deliver(taken.state, std::get<PlanEvent>(arrival.event), taken.restart, arrival.at);
   }
 
@@ -442,13 +485,16 @@ struct Client::Impl {
   /// writers may be calling back.
   void end(const Pending& state, Clock::time_point at) HANDOVER_EXCLUDES(mutex) {
     RequestWriter writer;
+    CancelWriter canceller;  // may end without the lock
     {
       const MutexLock lock(mutex);
       state->ended = true;
       state->answered_at = at;
       writer = std::move(state->writer);
+      canceller = std::move(state->canceller);
       const auto found = pending.find(state->request.id);
       if (found != pending.end() && found->second == state) pending.erase(found);
+      std::erase_if(outdated, [&](const auto& each) { return each.id == state->request.id; });
       changed.notify_all();
     }
     if (writer != nullptr) writer->dispose(wire::encode(state->request));
@@ -488,13 +534,18 @@ bool PlanHandle::waitFor(std::chrono::milliseconds most) const {
 void PlanHandle::cancel() const {
   const auto client = state().client.lock();
   if (!client) return;
+  Client::Impl::CancelWriter writer;
   {
-    // A cancel that overtakes its request would find nothing to cancel.
     const MutexLock lock(client->mutex);
     state_->cancel_wanted = true;
-    if (state_->ended || state_->next_sequence == 0) return;
+    // A cancel that overtakes its request would find nothing to cancel: the dispatcher says it
+    // then.
+    if (state_->next_sequence == 0) return;
+    writer = state_->canceller;
+    state_->cancelled_at = Clock::now();
+    client->changed.notify_all();
   }
-  client->sendCancel(state_->request.id);
+  if (writer != nullptr) (void)writer->write(wire::encodeCancel(state_->request.id));
 }
 
 std::chrono::duration<double> PlanHandle::answerTime() const {

@@ -14,7 +14,21 @@ bool PlanHandle::State::begin(const AnswerId& id) {
   return again;
 }
 
-void PlanHandle::State::note(const PlanEvent& event, Clock::time_point at) {
+bool PlanHandle::State::isOutdated(const PlanEvent& event) {
+  const auto* accepted = std::get_if<Accepted>(&event.payload);
+  if (accepted != nullptr && accepted->epoch > 0 && accepted->epoch < epoch) {
+    outdated.insert(event.answer_id);
+  }
+  return outdated.contains(event.answer_id);
+}
+
+void PlanHandle::State::note(const PlanEvent& event, const wire::Guid& sender,
+                             Clock::time_point at) {
+  if (event.sequence == 0) {
+    const auto* accepted = std::get_if<Accepted>(&event.payload);
+    epoch = accepted == nullptr ? 0 : accepted->epoch;
+    from = sender;
+  }
   ++next_sequence;
   heard_at = at;
   if (const auto* solution = std::get_if<Solution>(&event.payload)) {

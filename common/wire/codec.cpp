@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wire/codec.hpp"
 
+#include "wire/status_extensions.hpp"
+
 #include <algorithm>
-#include <charconv>
 #include <iterator>
 #include <string_view>
 
@@ -943,25 +944,6 @@ void checkExtensions(const std::vector<msg::KeyValue>& extensions, Faults& fault
   }
 }
 
-/// A count that became part of a message after its type was fixed.
-msg::KeyValue counter(const std::string& key, std::uint64_t value) {
-  msg::KeyValue item;
-  item.key(key);
-  item.value(std::to_string(value));
-  return item;
-}
-
-/// 0 where it is absent or no number.
-std::uint64_t counterOf(const std::vector<msg::KeyValue>& extensions, std::string_view key) {
-  const auto found = std::find_if(extensions.begin(), extensions.end(),
-                                  [&](const auto& item) { return item.key() == key; });
-  if (found == extensions.end()) return 0;
-  const std::string& text = found->value();
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc{} && end == text.data() + text.size() ? value : 0;
-}
-
 }  // namespace
 
 msg::HandoverRequest encode(const PlanRequest& request) {
@@ -1067,7 +1049,7 @@ msg::DaemonStatus encode(const DaemonStatus& status) {
   out.refused_count(status.refused);
   out.clients(status.clients);
   out.memory_bytes(status.memory_bytes);
-  out.extensions({counter("dropped_packets", status.dropped_packets)});
+  out.extensions(extensionsOf(status));
   return out;
 }
 
@@ -1093,7 +1075,7 @@ Decoded<DaemonStatus> decode(const msg::DaemonStatus& message) {
   status.refused = message.refused_count();
   status.clients = message.clients();
   status.memory_bytes = message.memory_bytes();
-  status.dropped_packets = counterOf(message.extensions(), "dropped_packets");
+  takeExtensions(message.extensions(), status);
   return checked(std::move(status), std::move(faults));
 }
 
@@ -1102,6 +1084,25 @@ msg::HandoverCancel encodeCancel(const RequestId& id) {
   out.version(msg::WIRE_VERSION);
   out.request_id(id.bytes);
   return out;
+}
+
+msg::Leader encode(const Claim& claim) {
+  msg::Leader out;
+  out.version(msg::WIRE_VERSION);
+  out.cell_key(claim.cell);
+  out.daemon_id(claim.daemon);
+  out.epoch(claim.epoch);
+  return out;
+}
+
+Decoded<Claim> decode(const msg::Leader& message) {
+  Faults faults = versionFaults(message.version());
+  checkExtensions(message.extensions(), faults);
+  if (message.epoch() < 1 || message.epoch() > kMostEpoch) {
+    faults.push_back({"epoch", "must be from 1 to " + std::to_string(kMostEpoch)});
+  }
+  if (!faults.empty()) return faults;
+  return Claim{message.cell_key(), message.daemon_id(), message.epoch()};
 }
 
 Decoded<RequestId> decode(const msg::HandoverCancel& message) {

@@ -21,6 +21,7 @@ using Decoded = std::variant<T, std::vector<Fault>>;
 msg::HandoverRequest encode(const PlanRequest& request);
 msg::PlanEvent encode(const PlanEvent& event);
 msg::DaemonStatus encode(const DaemonStatus& status);
+msg::Leader encode(const Claim& claim);
 msg::HandoverCancel encodeCancel(const RequestId& id);
 
 /// Checked values: another wire version, unknown enumerators and unions, and all that check()
@@ -28,6 +29,7 @@ msg::HandoverCancel encodeCancel(const RequestId& id);
 Decoded<PlanRequest> decode(const msg::HandoverRequest& message);
 Decoded<PlanEvent> decode(const msg::PlanEvent& message);
 Decoded<DaemonStatus> decode(const msg::DaemonStatus& message);
+Decoded<Claim> decode(const msg::Leader& message);
 Decoded<RequestId> decode(const msg::HandoverCancel& message);
 
 }  // namespace handover::wire

@@ -3,9 +3,11 @@
 
 #include "wire/message_type.hpp"
 #include "wire/packet_guard.hpp"
+#include "wire/sleep_silence.hpp"
 
 #include <handover/common/domain.hpp>
 #include <handover/common/log.hpp>
+#include <handover/common/mutex.hpp>
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -27,6 +29,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <map>
 #include <mutex>
 
 namespace handover::wire {
@@ -42,11 +45,10 @@ struct TopicRow {
   const char* name;
 };
 
-constexpr TopicRow kTopics[] = {{TopicId::kRequest, kRequestTopic},
-                                {TopicId::kCancel, "handover/v1/cancel"},
-                                {TopicId::kEvent, "handover/v1/event"},
-                                {TopicId::kStatus, "handover/v1/status"},
-                                {TopicId::kProbe, "handover/v1/probe"}};
+constexpr TopicRow kTopics[] = {
+    {TopicId::kRequest, kRequestTopic},       {TopicId::kCancel, "handover/v1/cancel"},
+    {TopicId::kEvent, "handover/v1/event"},   {TopicId::kStatus, "handover/v1/status"},
+    {TopicId::kLeader, "handover/v1/leader"}, {TopicId::kProbe, "handover/v1/probe"}};
 constexpr std::size_t kTopicCount = std::size(kTopics);
 
 constexpr int kEventsPerAnswer = 4096;
@@ -71,6 +73,9 @@ dds::TypeSupport makeType(TopicId id) {
       break;
     case TopicId::kStatus:
       type = new MessageType<msg::DaemonStatusPubSubType>;
+      break;
+    case TopicId::kLeader:
+      type = new MessageType<msg::LeaderPubSubType>;
       break;
     case TopicId::kProbe:
       type = new MessageType<msg::ProbePubSubType>;
@@ -110,7 +115,7 @@ dds::DomainParticipantQos participantQos(const std::string& name,
   auto& builtin = qos.wire_protocol().builtin;
   builtin.initialPeersList.push_back(loopback);
   builtin.metatrafficUnicastLocatorList.push_back(loopback);
-  builtin.discovery_config.leaseDuration = {3, 0};
+  builtin.discovery_config.leaseDuration = {kParticipantLease.count(), 0};
   // A lost first exchange waits for the next announcement: 3 s by default.
   builtin.discovery_config.leaseDuration_announcementperiod = {0, 200'000'000};
   builtin.discovery_config.initial_announcements = {10, {0, 20'000'000}};
@@ -144,6 +149,11 @@ void configureTopic(Qos& qos, TopicId topic, int instances) {
     limits(qos.resource_limits(), instances, 1);
   }
   qos.data_sharing().off();
+  if (topic != TopicId::kLeader) return;
+  qos.ownership().kind = dds::EXCLUSIVE_OWNERSHIP_QOS;
+  qos.liveliness().kind = dds::MANUAL_BY_TOPIC_LIVELINESS_QOS;
+  qos.liveliness().lease_duration = {0,
+                                     1'000'000 * static_cast<std::uint32_t>(kLeaderLease.count())};
 }
 
 /// The partition of a publisher or subscriber; its entities start when they are told to.
@@ -153,7 +163,7 @@ void configureGroup(Qos& qos, const EntityOptions& options) {
   qos.entity_factory().autoenable_created_entities = false;
 }
 
-dds::DataWriterQos writerQos(TopicId topic, const std::string& user_data) {
+dds::DataWriterQos writerQos(TopicId topic, const EntityOptions& options) {
   dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
   configureTopic(qos, topic, topic == TopicId::kEvent ? kAnswersPerWriter : kInstancesPerWriter);
   // Reused payloads never shrink: all that a process ever held at once would grow to its largest.
@@ -163,7 +173,9 @@ dds::DataWriterQos writerQos(TopicId topic, const std::string& user_data) {
   // A remote reader with a content filter crashes writers of this version on samples from 8 KB on.
   qos.writer_resource_limits().reader_filters_allocation.initial = 0;
   qos.writer_resource_limits().reader_filters_allocation.maximum = 0;
-  qos.user_data().setValue(std::vector<rtps::octet>(user_data.begin(), user_data.end()));
+  qos.user_data().setValue(
+      std::vector<rtps::octet>(options.user_data.begin(), options.user_data.end()));
+  if (topic == TopicId::kLeader) qos.ownership_strength().value = options.strength;
   return qos;
 }
 
@@ -246,6 +258,8 @@ struct Participant::Impl : public dds::DomainParticipantListener {
   dds::DomainParticipant* participant = nullptr;
   std::array<dds::Topic*, kTopicCount> topics{};
   const std::shared_ptr<DropCounter> dropped = std::make_shared<DropCounter>(0);
+  mutable Mutex mutex;
+  std::map<rtps::GuidPrefix_t, std::string> others HANDOVER_GUARDED_BY(mutex);  // names
 
   explicit Impl(ParticipantOptions given) : options(std::move(given)) {}
 
@@ -286,6 +300,20 @@ struct Participant::Impl : public dds::DomainParticipantListener {
     throw DdsError("unknown topic");
   }
 
+  void on_participant_discovery(dds::DomainParticipant*,
+                                rtps::ParticipantDiscoveryInfo&& info) override {
+    using Info = rtps::ParticipantDiscoveryInfo;
+    guarded("discovery", [&] {
+      const MutexLock lock(mutex);
+      const auto& prefix = info.info.m_guid.guidPrefix;
+      if (info.status == Info::DISCOVERED_PARTICIPANT) {
+        others[prefix] = info.info.m_participantName.to_string();
+      } else if (info.status != Info::CHANGED_QOS_PARTICIPANT) {
+        others.erase(prefix);
+      }
+    });
+  }
+
   void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) override {
     if (info.status != rtps::WriterDiscoveryInfo::DISCOVERED_WRITER || !options.on_writer) return;
     guarded("discovery", [&] {
@@ -305,6 +333,12 @@ Participant::Participant(ParticipantOptions options) {
 }
 
 Guid Participant::guid() const { return toGuid(impl_->participant->guid()); }
+
+int Participant::others(const std::string& name) const {
+  const MutexLock lock(impl_->mutex);
+  return static_cast<int>(std::count_if(impl_->others.begin(), impl_->others.end(),
+                                        [&](const auto& other) { return other.second == name; }));
+}
 
 std::uint64_t Participant::droppedPackets() const { return *impl_->dropped; }
 
@@ -332,9 +366,9 @@ struct WriterCore::Impl : public dds::DataWriterListener {
     configureGroup(qos, options);
     publisher = expect(parent->participant->create_publisher(qos), "DDS publisher");
     expect(publisher->enable(), "enabling a publisher");
-    writer = expect(publisher->create_datawriter(parent->topic(topic),
-                                                 writerQos(topic, options.user_data), this),
-                    "DDS writer");
+    writer =
+        expect(publisher->create_datawriter(parent->topic(topic), writerQos(topic, options), this),
+               "DDS writer");
     expect(writer->enable(), "enabling a writer");
   }
 

@@ -56,6 +56,9 @@ struct ParticipantOptions {
   std::function<void(const RemoteWriter&)> on_writer;
 };
 
+/// The name of daemons' participants.
+inline constexpr const char* kDaemonParticipant = "handoverd";
+
 /// A participant with the types and topics of handover registered. The entities made from it keep
 /// it alive.
 class Participant {
@@ -64,6 +67,9 @@ class Participant {
   explicit Participant(ParticipantOptions options);
 
   Guid guid() const;
+
+  /// How many other participants of that name there are: the first that is heard of them.
+  int others(const std::string& name) const;
 
   /// Datagrams that its guard has dropped (see packet_guard.hpp).
   std::uint64_t droppedPackets() const;
@@ -86,15 +92,20 @@ struct Match {
 struct EntityOptions {
   std::string partition{};  ///< empty: the default one
   std::string user_data{};  ///< travels with discovery (writers)
+  /// Of a writer of the leader topic: while stronger ones live, readers hear nothing of it.
+  std::uint32_t strength = 0;
   std::function<void(const Match&)> on_match{};
 };
 
 enum class WriteResult { kOk, kTimeout, kError };
 
-enum class TopicId { kRequest, kCancel, kEvent, kStatus, kProbe };
+enum class TopicId { kRequest, kCancel, kEvent, kStatus, kLeader, kProbe };
 
 /// Answers that one events writer can hold; each has at most 4096 events.
 inline constexpr int kAnswersPerWriter = 128;
+
+/// A leader that wrote nothing for this long is gone.
+inline constexpr std::chrono::milliseconds kLeaderLease{500};
 
 inline constexpr const char* kRequestTopic = "handover/v1/request";
 
@@ -119,6 +130,11 @@ struct TopicOf<msg::PlanEvent> {
 template <>
 struct TopicOf<msg::DaemonStatus> {
   static constexpr TopicId kId = TopicId::kStatus;
+};
+
+template <>
+struct TopicOf<msg::Leader> {
+  static constexpr TopicId kId = TopicId::kLeader;
 };
 
 template <>

@@ -4,6 +4,7 @@
 #include "wire/codec.hpp"
 
 #include <algorithm>
+#include <set>
 #include <variant>
 
 namespace handover::wire {
@@ -13,18 +14,24 @@ bool stays(const DaemonStatus& status) { return status.state != DaemonState::kSt
 
 }  // namespace
 
-void KnownDaemons::take(const Sample<msg::DaemonStatus>& sample) {
-  if (sample.message == nullptr) return lose(sample.writer);
+const DaemonStatus* KnownDaemons::take(const Sample<msg::DaemonStatus>& sample) {
+  if (sample.message == nullptr) {
+    lose(sample.writer);
+    return nullptr;
+  }
   const auto decoded = decode(*sample.message);
   const auto* status = std::get_if<DaemonStatus>(&decoded);
-  if (status == nullptr) return;
+  if (status == nullptr) return nullptr;
   // A participant may go on with another writer.
   std::erase_if(by_writer_, [&](const auto& entry) {
-    return entry.second.id == status->id && sameParticipant(entry.first, sample.writer);
+    return entry.first != sample.writer && entry.second.id == status->id &&
+           sameParticipant(entry.first, sample.writer);
   });
-  const bool taken = std::any_of(by_writer_.begin(), by_writer_.end(),
-                                 [&](const auto& entry) { return entry.second.id == status->id; });
-  if (!taken) by_writer_[sample.writer] = *status;
+  const bool taken = std::any_of(by_writer_.begin(), by_writer_.end(), [&](const auto& entry) {
+    return entry.first != sample.writer && entry.second.id == status->id;
+  });
+  if (taken) return nullptr;
+  return &(by_writer_[sample.writer] = *status);
 }
 
 void KnownDaemons::lose(const Guid& writer) { by_writer_.erase(writer); }
@@ -43,6 +50,17 @@ bool KnownDaemons::anyServes(const std::string& cell) const {
   return std::any_of(by_writer_.begin(), by_writer_.end(), [&](const auto& entry) {
     return stays(entry.second) && serves(entry.second, cell);
   });
+}
+
+bool KnownDaemons::withLeaders() const {
+  std::set<std::string> led, followed;
+  for (const auto& [writer, status] : by_writer_) {
+    for (const CellInfo& cell : status.cells) {
+      if (cell.role == CellRole::kLeader) led.insert(cell.name);
+      if (cell.role == CellRole::kStandby) followed.insert(cell.name);
+    }
+  }
+  return std::includes(led.begin(), led.end(), followed.begin(), followed.end());
 }
 
 std::vector<DaemonStatus> KnownDaemons::all() const {

@@ -18,8 +18,9 @@ namespace handover::wire {
 /// there. Not synchronised: its owner's lock guards it.
 class KnownDaemons {
  public:
-  /// Takes a daemon's latest status. What cannot be read is passed over.
-  void take(const Sample<msg::DaemonStatus>& sample);
+  /// Takes a daemon's latest status. What cannot be read is passed over. @return it, until the next
+  /// call; null where it was not taken.
+  const DaemonStatus* take(const Sample<msg::DaemonStatus>& sample);
 
   /// Forgets the daemon whose status writer was lost.
   void lose(const Guid& writer);
@@ -33,6 +34,8 @@ class KnownDaemons {
 
   /// True when one of them serves that cell.
   bool anyServes(const std::string& cell) const;
+  /// Whether each cell that a standby waits for has its leader among them.
+  bool withLeaders() const;
 
   /// The latest statuses of those that do not stop, by id.
   std::vector<DaemonStatus> all() const;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wire/packet_guard.hpp"
 
+#include "wire/sleep_silence.hpp"
+
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 
@@ -237,12 +239,14 @@ class GuardedTransport final : public rtps::ChainingTransport {
             eprosima::fastrtps::rtps::LocatorsIterator* begin,
             eprosima::fastrtps::rtps::LocatorsIterator* end,
             const std::chrono::steady_clock::time_point& until) override {
-    return below->send(data, size, begin, end, until);
+    // Lost like any datagram may be.
+    return !silence_.maySend() || below->send(data, size, begin, end, until);
   }
 
   void receive(rtps::TransportReceiverInterface* next, const eprosima::fastrtps::rtps::octet* data,
                std::uint32_t size, const eprosima::fastrtps::rtps::Locator_t& local,
                const eprosima::fastrtps::rtps::Locator_t& remote) override {
+    if (!silence_.mayReceive()) return;
     if (guard_.fault({data, size})) {
       ++*dropped_;
     } else {
@@ -252,6 +256,7 @@ class GuardedTransport final : public rtps::ChainingTransport {
 
  private:
   PacketGuard guard_;
+  SleepSilence silence_;
   const std::shared_ptr<DropCounter> dropped_;
 };
 

@@ -63,7 +63,8 @@ class PacketGuard {
 /// Counts what guarded transports dropped.
 using DropCounter = std::atomic<std::uint64_t>;
 
-/// The transport of `below` behind a guard that drops datagrams with a fault and counts them.
+/// The transport of `below` behind a guard that drops datagrams with a fault and counts them. It is
+/// silent for a while after a sleep of the process.
 std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> guarded(
     std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> below,
     std::shared_ptr<DropCounter> dropped);

@@ -64,6 +64,12 @@ void AnswerWriter::confirm(const RequestId& id) {
   if (found != answers_.end()) found->second.confirmed = true;
 }
 
+void AnswerWriter::giveUp(const RequestId& id) {
+  const MutexLock lock(mutex_);
+  const auto found = answers_.find(id);
+  if (found != answers_.end()) found->second = {Clock::now(), true};
+}
+
 bool AnswerWriter::spent(Clock::time_point before) const {
   const MutexLock lock(mutex_);
   return std::all_of(answers_.begin(), answers_.end(), [&](const auto& entry) {

@@ -34,6 +34,8 @@ class AnswerWriter {
   bool write(const PlanEvent& event);
   /// The client has the outcome of a request.
   void confirm(const RequestId& id);
+  /// An answer that it has begun is not gone on with: nobody needs it.
+  void giveUp(const RequestId& id);
   /// True when no answer is needed any more: each has ended and is confirmed, or ended before then.
   bool spent(Clock::time_point before) const;
   /// True when the client, or every reader there is, has everything.

@@ -112,6 +112,19 @@ void ClientStream::confirm(const RequestId& id) {
   for (const WriterPtr& writer : writers()) writer->confirm(id);
 }
 
+void ClientStream::giveUp(const RequestId& id) {
+  std::vector<WriterPtr> over;  // ends without the lock
+  const MutexLock lock(mutex_);
+  std::erase_if(backlog_, [&](const PlanEvent& event) { return event.request_id == id; });
+  std::erase_if(writers_, [&](const WriterPtr& writer) {
+    if (!writer->answering(id)) return false;
+    writer->giveUp(id);
+    const bool spent = writer->spent(Clock::now() - retention_);
+    if (spent) over.push_back(writer);
+    return spent;
+  });
+}
+
 bool ClientStream::idle() const {
   const MutexLock lock(mutex_);
   return !sending_ && std::all_of(writers_.begin(), writers_.end(), [](const WriterPtr& writer) {

@@ -39,6 +39,10 @@ class ClientStream {
   /// The client has the outcome of a request.
   void confirm(const RequestId& id);
 
+  /// Takes back what waits of an answer, and with it the writer that has begun it, where that holds
+  /// nothing else that is needed. Not on Fast DDS's threads.
+  void giveUp(const RequestId& id);
+
   /// True when nothing waits and every answer has ended.
   bool idle() const;
   /// True when, besides, the client has confirmed all of them or they are too old.

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dds/dds_endpoint.hpp"
 
+#include "dds/claim_writers.hpp"
 #include "dds/client_stream.hpp"
+#include "dds/kept_requests.hpp"
 #include "dds/prober.hpp"
 #include "dds/sender_pool.hpp"
 #include "dds/status_writer.hpp"
@@ -13,6 +15,7 @@
 #include <handover/common/mutex.hpp>
 
 #include <algorithm>
+#include <deque>
 #include <map>
 #include <set>
 
@@ -23,6 +26,13 @@ using Clock = ClientStream::Clock;
 
 /// Writing 40 events takes 2 ms; two threads leave one while the other makes or deletes a writer.
 constexpr int kSenders = 2;
+
+/// Answered requests that are told to other daemons: what the status holds.
+constexpr std::size_t kMostAnswered = 1024;
+
+/// A client's request writer that is lost for this long is gone. One that a daemon lost in its
+/// sleep is back with the client's next announcements, 0.2 to 3 s later.
+constexpr std::chrono::seconds kReturnTime{10};
 
 /// A client id that can stand as a partition: answers to one that breaks our pattern still find it,
 /// but partitions with wildcards would reach everybody.
@@ -45,7 +55,7 @@ struct DdsEndpoint::Impl {
   explicit Impl(const DdsEndpointSettings& given)
       : settings(given),
         participant({.domain = given.domain,
-                     .name = "handoverd",
+                     .name = wire::kDaemonParticipant,
                      .on_writer = [this](const wire::RemoteWriter& writer) { onWriter(writer); }}) {
   }
 
@@ -54,7 +64,11 @@ struct DdsEndpoint::Impl {
   mutable Mutex mutex;
   std::map<std::string, StreamPtr> clients HANDOVER_GUARDED_BY(mutex);
   std::map<RequestId, Origin> open HANDOVER_GUARDED_BY(mutex);
+  KeptRequests kept HANDOVER_GUARDED_BY(mutex);
+  /// That have their outcome and were not disposed, oldest first, with their writers.
+  std::deque<std::pair<RequestId, wire::Guid>> answered HANDOVER_GUARDED_BY(mutex);
   wire::KnownDaemons daemons HANDOVER_GUARDED_BY(mutex);
+  std::map<wire::Guid, Claim> claimants HANDOVER_GUARDED_BY(mutex);  // other daemons' writers
   DaemonId own_id HANDOVER_GUARDED_BY(mutex){};
   bool receiving HANDOVER_GUARDED_BY(mutex) = false;
   /// Requests that could not be answered.
@@ -71,6 +85,8 @@ struct DdsEndpoint::Impl {
   std::optional<wire::Reader<msg::DaemonStatus>> status_reader;
   std::optional<wire::Reader<msg::HandoverRequest>> request_reader;
   std::optional<wire::Reader<msg::HandoverCancel>> cancel_reader;
+  std::optional<wire::Reader<msg::Leader>> leader_reader;
+  ClaimWriters claims{participant};
   std::optional<wire::Writer<msg::Probe>> probe_writer;
   std::optional<wire::Reader<msg::Probe>> probe_reader;
   std::optional<Prober> prober;
@@ -129,13 +145,13 @@ struct DdsEndpoint::Impl {
       }
     }
     std::vector<std::string> surplus;
-    std::size_t kept = 0, spent = 0, bytes = 0;
+    std::size_t counted = 0, spent = 0, bytes = 0;
     for (const auto& [used, client_id] : idle) {
       const ClientStream& stream = *clients[client_id];
-      ++kept;
+      ++counted;
       spent += stream.spent() ? 1 : 0;
       bytes += stream.bytes();
-      const bool too_many = kept > settings.most_unconfirmed || bytes > settings.most_bytes ||
+      const bool too_many = counted > settings.most_unconfirmed || bytes > settings.most_bytes ||
                             (stream.spent() && spent > settings.most_idle);
       if (too_many || used < Clock::now() - settings.retention) surplus.push_back(client_id);
     }
@@ -162,21 +178,58 @@ struct DdsEndpoint::Impl {
       ++refused;
       return;
     }
-    bool entered = false, ours = false;
+    KeptRequests::Kept asked{client_id, sample.writer, wire::decode(*sample.message)};
+    asked.bytes = msg::HandoverRequest::getCdrSerializedSize(*sample.message);
     {
       const MutexLock lock(mutex);
-      entered = open.emplace(id, Origin{client_id, sample.writer}).second;
+      kept.forget(id);  // before it is asked for: what is taken may be handed back at once
     }
-    deliver([&](RequestHandler& to) {
-      const auto decoded = wire::decode(*sample.message);
-      const auto* request = std::get_if<PlanRequest>(&decoded);
-      ours = request != nullptr
-                 ? to.onRequest(*request)
-                 : to.onInvalidRequest(id, client_id, std::get<std::vector<Fault>>(decoded));
-    });
-    if (!entered || ours) return;
+    if (ask(id, asked, false) != Verdict::kPerhaps) return;
     const MutexLock lock(mutex);
-    open.erase(id);
+    kept.keep(id, std::move(asked));
+  }
+
+  /// The handler's word on a request.
+  Verdict ask(const RequestId& id, const KeptRequests::Kept& asked, bool again) {
+    bool entered = false;
+    {
+      const MutexLock lock(mutex);
+      entered = open.emplace(id, Origin{asked.client_id, asked.writer}).second;
+    }
+    Verdict verdict = Verdict::kPerhaps;
+    deliver([&](RequestHandler& to) {
+      const auto* request = std::get_if<PlanRequest>(&asked.request);
+      verdict = request != nullptr
+                    ? to.onRequest(*request, again)
+                    : to.onInvalidRequest(id, asked.client_id,
+                                          std::get<std::vector<Fault>>(asked.request));
+    });
+    const MutexLock lock(mutex);
+    if (entered && verdict != Verdict::kMine) open.erase(id);
+    return verdict;
+  }
+
+  /// One that was kept, if it still is. On any thread but Fast DDS's.
+  void offer(const RequestId& id) {
+    std::optional<KeptRequests::Kept> asked;
+    {
+      const MutexLock lock(mutex);
+      if (const auto* found = kept.find(id)) asked = *found;
+    }
+    if (!asked) return;
+    const Verdict verdict = ask(id, *asked, true);
+    if (verdict == Verdict::kPerhaps) return;
+    {
+      const MutexLock lock(mutex);
+      asked = kept.take(id);
+    }
+    if (asked && asked->cancelled) cancel(id, *asked->cancelled);
+  }
+
+  void noteAnswered(const RequestId& id, const wire::Guid& writer) HANDOVER_REQUIRES(mutex) {
+    std::erase_if(answered, [&](const auto& each) { return each.first == id; });
+    answered.emplace_back(id, writer);
+    if (answered.size() > kMostAnswered) answered.pop_front();
   }
 
   /// The client disposed its request: it takes it back, or has the outcome.
@@ -186,6 +239,9 @@ struct DdsEndpoint::Impl {
       const MutexLock lock(mutex);
       const auto found = open.find(id);
       if (found == open.end()) {
+        const auto* waits = kept.find(id);
+        if (waits != nullptr && waits->writer == sample.writer) kept.forget(id);
+        std::erase_if(answered, [&](const auto& each) { return each.first == id; });
         for (const auto& [client_id, stream] : clients) stream->confirm(id);
         return;
       }
@@ -197,13 +253,15 @@ struct DdsEndpoint::Impl {
   }
 
   void onRequestMatch(const wire::Match& match) {
-    if (match.gained) return;
     std::vector<RequestId> ids;
     {
       const MutexLock lock(mutex);
+      if (match.gained) return kept.regainWriter(match.peer);
+      kept.loseWriter(match.peer, Clock::now());
       for (const auto& [id, origin] : open) {
         if (origin.writer == match.peer) ids.push_back(id);
       }
+      std::erase_if(answered, [&](const auto& each) { return each.second == match.peer; });
     }
     for (const RequestId& id : ids) cancel(id, CancelCause::kClientLost);
   }
@@ -211,7 +269,45 @@ struct DdsEndpoint::Impl {
   void onCancel(const wire::Sample<msg::HandoverCancel>& sample) {
     if (sample.message == nullptr) return;
     const auto id = wire::decode(*sample.message);
-    if (const auto* found = std::get_if<RequestId>(&id)) cancel(*found, CancelCause::kAsked);
+    const auto* found = std::get_if<RequestId>(&id);
+    if (found == nullptr) return;
+    {
+      const MutexLock lock(mutex);
+      if (auto* waits = kept.find(*found)) waits->cancelled = CancelCause::kAsked;
+    }
+    cancel(*found, CancelCause::kAsked);
+  }
+
+  void onLeader(const wire::Sample<msg::Leader>& sample) {
+    if (wire::sameParticipant(sample.writer, participant.guid())) return;
+    if (sample.message == nullptr) return onLeaderEnd(sample);
+    const auto decoded = wire::decode(*sample.message);
+    const auto* claim = std::get_if<Claim>(&decoded);
+    if (claim == nullptr) return;
+    {
+      const MutexLock lock(mutex);
+      claimants[sample.writer] = *claim;
+    }
+    deliver([&](RequestHandler& to) { to.onClaim(*claim); });
+  }
+
+  /// A claim was given up. A writer that is lost says nothing: we may have slept, and it leads.
+  void onLeaderEnd(const wire::Sample<msg::Leader>& sample) {
+    if (sample.writers_lost) return;
+    std::optional<Claim> ended;
+    {
+      const MutexLock lock(mutex);
+      const auto found = claimants.find(sample.writer);
+      if (found == claimants.end()) return;
+      ended = found->second;
+    }
+    deliver([&](RequestHandler& to) { to.onClaimEnded(*ended); });
+  }
+
+  void onLeaderMatch(const wire::Match& match) {
+    if (match.gained) return;
+    const MutexLock lock(mutex);
+    claimants.erase(match.peer);
   }
 
   /// Answered through everything that a request's event goes through but the runtime's work.
@@ -228,7 +324,9 @@ struct DdsEndpoint::Impl {
 
   void onStatus(const wire::Sample<msg::DaemonStatus>& sample) {
     const MutexLock lock(mutex);
-    daemons.take(sample);
+    const DaemonStatus* status = daemons.take(sample);
+    if (status == nullptr || status->id == own_id) return;
+    for (const RequestId& id : status->answered) kept.forget(id);
   }
 
   void onStatusMatch(const wire::Match& match) {
@@ -256,6 +354,7 @@ DdsEndpoint::~DdsEndpoint() {
   impl_->probe_reader.reset();
   impl_->request_reader.reset();
   impl_->cancel_reader.reset();
+  impl_->leader_reader.reset();
   impl_->status_reader.reset();
   impl_->senders.stop();
   std::map<std::string, Impl::StreamPtr> clients;  // end without the lock
@@ -273,6 +372,10 @@ void DdsEndpoint::open(RequestHandler& handler) {
     const MutexLock lock(impl.mutex);
     impl.receiving = true;
   }
+  impl.leader_reader.emplace(
+      impl.participant,
+      wire::EntityOptions{.on_match = [&impl](const auto& match) { impl.onLeaderMatch(match); }},
+      [&impl](const auto& sample) { impl.onLeader(sample); });
   impl.cancel_reader.emplace(impl.participant, wire::EntityOptions{},
                              [&impl](const auto& sample) { impl.onCancel(sample); });
   impl.request_reader.emplace(
@@ -297,7 +400,11 @@ void DdsEndpoint::publish(const std::string& client_id, const PlanEvent& event) 
   const MutexLock lock(impl_->mutex);
   const Impl::StreamPtr to = impl_->stream(client_id);
   if (to->push(std::move(copy))) impl_->senders.post([impl = impl_.get(), to] { impl->send(to); });
-  if (std::holds_alternative<Outcome>(event.payload)) impl_->open.erase(event.request_id);
+  if (!std::holds_alternative<Outcome>(event.payload)) return;
+  const auto found = impl_->open.find(event.request_id);
+  if (found == impl_->open.end()) return;
+  impl_->noteAnswered(event.request_id, found->second.writer);
+  impl_->open.erase(found);
 }
 
 void DdsEndpoint::publishStatus(const DaemonStatus& status) {
@@ -305,8 +412,11 @@ void DdsEndpoint::publishStatus(const DaemonStatus& status) {
   {
     const MutexLock lock(impl_->mutex);
     impl_->own_id = status.id;
+    impl_->kept.forgetLost(Clock::now() - kReturnTime);
     counted.clients = static_cast<std::uint32_t>(impl_->clients.size());
     counted.refused = impl_->refused;
+    counted.kept_requests = static_cast<std::uint32_t>(impl_->kept.size());
+    for (const auto& [id, writer] : impl_->answered) counted.answered.push_back(id);
   }
   counted.dropped_packets = impl_->participant.droppedPackets();
   if (impl_->status_writer->write(wire::encode(counted)) != wire::WriteResult::kOk) {
@@ -321,6 +431,35 @@ std::vector<DaemonStatus> DdsEndpoint::others() const {
   const DaemonId own = impl_->own_id;
   std::erase_if(others, [&](const DaemonStatus& daemon) { return daemon.id == own; });
   return others;
+}
+
+bool DdsEndpoint::claim(const Claim& claim) { return impl_->claims.write(claim); }
+
+void DdsEndpoint::giveUp(const CellKey& cell) { impl_->claims.end(cell); }
+
+void DdsEndpoint::offerKept() {
+  std::vector<RequestId> ids;
+  {
+    const MutexLock lock(impl_->mutex);
+    ids = impl_->kept.ids();
+  }
+  for (const RequestId& id : ids) impl_->offer(id);
+}
+
+void DdsEndpoint::handBack(const PlanRequest& request) {
+  Impl::StreamPtr stream;
+  {
+    const MutexLock lock(impl_->mutex);
+    const auto found = impl_->open.find(request.id);
+    if (found != impl_->open.end()) {
+      const auto bytes = msg::HandoverRequest::getCdrSerializedSize(wire::encode(request));
+      impl_->kept.keep(request.id, {request.client_id, found->second.writer, request, bytes});
+      impl_->open.erase(found);
+    }
+    const auto client = impl_->clients.find(request.client_id);
+    if (client != impl_->clients.end()) stream = client->second;
+  }
+  if (stream != nullptr) stream->giveUp(request.id);
 }
 
 bool DdsEndpoint::reachable(std::chrono::milliseconds most) {

@@ -32,6 +32,10 @@ class DdsEndpoint : public Endpoint {
   void publish(const std::string& client_id, const PlanEvent& event) override;
   void publishStatus(const DaemonStatus& status) override;
   std::vector<DaemonStatus> others() const override;
+  bool claim(const Claim& claim) override;
+  void giveUp(const CellKey& cell) override;
+  void offerKept() override;
+  void handBack(const PlanRequest& request) override;
   void flush(std::chrono::milliseconds most) override;
 
   /// True when a question from a second participant of this process, which comes and is answered

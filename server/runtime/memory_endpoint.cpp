@@ -25,6 +25,33 @@ void MemoryEndpoint::publishStatus(const DaemonStatus& status) {
   changed_.notify_all();
 }
 
+bool MemoryEndpoint::claim(const Claim&) { return true; }
+
+void MemoryEndpoint::giveUp(const CellKey&) {}
+
+void MemoryEndpoint::offerKept() {
+  const MutexLock lock(delivering_);
+  if (handler_ == nullptr) return;
+  std::erase_if(kept_, [this](const auto& kept) HANDOVER_REQUIRES(delivering_) {
+    return handler_->onRequest(kept.second, true) != Verdict::kPerhaps;
+  });
+}
+
+void MemoryEndpoint::handBack(const PlanRequest& request) {
+  const MutexLock lock(delivering_);
+  kept_[request.id] = request;
+}
+
+void MemoryEndpoint::hearClaim(const Claim& claim) {
+  const MutexLock lock(delivering_);
+  if (handler_ != nullptr) handler_->onClaim(claim);
+}
+
+void MemoryEndpoint::endClaim(const Claim& claim) {
+  const MutexLock lock(delivering_);
+  if (handler_ != nullptr) handler_->onClaimEnded(claim);
+}
+
 std::vector<DaemonStatus> MemoryEndpoint::others() const {
   const MutexLock lock(mutex_);
   return others_;
@@ -32,7 +59,8 @@ std::vector<DaemonStatus> MemoryEndpoint::others() const {
 
 void MemoryEndpoint::send(const PlanRequest& request) {
   const MutexLock lock(delivering_);
-  if (handler_ != nullptr) handler_->onRequest(request);
+  if (handler_ == nullptr) return;
+  if (handler_->onRequest(request, false) == Verdict::kPerhaps) kept_[request.id] = request;
 }
 
 void MemoryEndpoint::sendInvalid(const RequestId& id, const std::string& client_id,

@@ -20,6 +20,10 @@ class MemoryEndpoint : public Endpoint {
   void publish(const std::string& client_id, const PlanEvent& event) override;
   void publishStatus(const DaemonStatus& status) override;
   std::vector<DaemonStatus> others() const override;
+  bool claim(const Claim& claim) override;
+  void giveUp(const CellKey& cell) override;
+  void offerKept() override;
+  void handBack(const PlanRequest& request) override;
 
   void flush(std::chrono::milliseconds) override {}
 
@@ -29,6 +33,8 @@ class MemoryEndpoint : public Endpoint {
                    const std::vector<Fault>& faults);
   void cancel(const RequestId& id, CancelCause cause = CancelCause::kAsked);
   void announceOther(const DaemonStatus& status);
+  void hearClaim(const Claim& claim);
+  void endClaim(const Claim& claim);
 
   /// Events of a request so far, in the order of publishing.
   std::vector<PlanEvent> events(const RequestId& id) const;
@@ -47,6 +53,7 @@ class MemoryEndpoint : public Endpoint {
   mutable Condition changed_;
   Mutex delivering_;  // held while the handler runs
   RequestHandler* handler_ HANDOVER_GUARDED_BY(delivering_) = nullptr;
+  std::map<RequestId, PlanRequest> kept_ HANDOVER_GUARDED_BY(delivering_);
   std::map<RequestId, std::vector<PlanEvent>> events_ HANDOVER_GUARDED_BY(mutex_);
   std::vector<DaemonStatus> others_ HANDOVER_GUARDED_BY(mutex_);
   std::optional<DaemonStatus> status_ HANDOVER_GUARDED_BY(mutex_);

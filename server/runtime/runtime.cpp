@@ -48,10 +48,12 @@ class Runtime::Stream : public PlanEventSink {
  public:
   /// @param served  cells from which it is answered; null for one that none of them is asked for
   /// @param patience_s  its deadline where it names none
+  /// @param led_with  the epoch with which we lead its cell; 0: it is shared, or nobody's
   Stream(Endpoint& endpoint, PlanRequest taken, CellsPtr served = nullptr,
-         std::optional<double> patience_s = {})
+         std::optional<double> patience_s = {}, std::uint64_t led_with = 0)
       : request(std::move(taken)),
         cells(std::move(served)),
+        epoch(led_with),
         taken_at(Clock::now()),
         endpoint_(endpoint) {
     facts.task = request.task;
@@ -64,6 +66,7 @@ class Runtime::Stream : public PlanEventSink {
 
   /// @throws std::logic_error when the payload is beyond what the wire carries.
   void emit(PlanEventPayload payload) override {
+    if (abandoned_) return;
     const PlanEvent event{request.id, answer_id_, next_sequence_, elapsed(), std::move(payload)};
     const auto faults = check(event);
     if (!faults.empty()) throw std::logic_error("invalid plan event:" + describe(faults));
@@ -79,6 +82,14 @@ class Runtime::Stream : public PlanEventSink {
     deadline.cancel();
   }
 
+  /// Another daemon answers it: nothing is sent from now on. From any thread.
+  void abandon() {
+    abandoned_ = true;
+    deadline.cancel();
+  }
+
+  bool abandoned() const { return abandoned_; }
+
   /// What was asked for, where somebody asked; else what planning says of itself.
   Cancelled cancelled(const Cancelled& by_planning) const {
     const CancelCause cause = cancel_cause_;
@@ -89,6 +100,7 @@ class Runtime::Stream : public PlanEventSink {
 
   const PlanRequest request;
   const CellsPtr cells;
+  const std::uint64_t epoch;
   const Clock::time_point taken_at;
   std::optional<Clock::time_point> deadline_at;
   Deadline deadline;
@@ -113,13 +125,16 @@ class Runtime::Stream : public PlanEventSink {
   const AnswerId answer_id_ = RequestId::random().bytes;
   std::uint32_t next_sequence_ = 0;
   std::atomic<CancelCause> cancel_cause_ = CancelCause::kUnspecified;
+  std::atomic<bool> abandoned_ = false;
 };
 
 Runtime::Runtime(PlanService& service, Endpoint& endpoint, RuntimeSettings settings)
     : service_(service),
       endpoint_(endpoint),
       settings_(std::move(settings)),
-      accounts_(settings_.client_limits) {}
+      accounts_(settings_.client_limits),
+      leadership_(endpoint, {settings_.id, settings_.sharing, settings_.election},
+                  leadershipCalls()) {}
 
 Runtime::~Runtime() { stop(); }
 
@@ -130,6 +145,7 @@ void Runtime::start() {
   }
   threads_.emplace_back([this] { statusLoop(); });
   endpoint_.open(*this);
+  leadership_.start();
 }
 
 void Runtime::stop() {
@@ -148,8 +164,10 @@ void Runtime::stop() {
   report_.notify_all();
   for (const auto& stream : queued) finish(stream, Cancelled{CancelCause::kDaemonStopping});
   threads_.clear();  // joins
+  resume();
   publishStatus();
   endpoint_.flush(2s);
+  leadership_.stop();  // nobody follows us before all is answered
 }
 
 void Runtime::reload(const Deadline& deadline) {
@@ -172,18 +190,14 @@ void Runtime::reload(const Deadline& deadline) {
 
 // Requests, on the endpoint's threads.
 
-Runtime::CellRoute Runtime::route(const ServedCells& served, const std::string& cell,
-                                  CellInfo& info) const {
-  for (const CellInfo& ours : served.infos) {
-    if (ours.name != cell) continue;
-    info = ours;
-    return CellRoute::kOurs;
-  }
-  // Of the daemons that are there, the one of lowest id answers for a cell that none of them has.
-  for (const DaemonStatus& other : endpoint_.others()) {
-    if (serves(other, cell) || other.id < settings_.id) return CellRoute::kOthers;
-  }
-  return CellRoute::kNobodys;
+Leadership::Whose Runtime::whose(const ServedCells& served, const PlanRequest& request, bool kept,
+                                 CellInfo& info) const {
+  const auto& infos = served.infos;
+  const auto ours = std::find_if(infos.begin(), infos.end(),
+                                 [&](const CellInfo& each) { return each.name == request.cell; });
+  if (ours == infos.end()) return leadership_.whoseUnserved(request.cell, kept);
+  info = *ours;
+  return leadership_.whoseServed(request.cell, info.epoch);
 }
 
 Runtime::Asked Runtime::asked(const PlanRequest& request) {
@@ -203,78 +217,88 @@ Runtime::Asked Runtime::asked(const PlanRequest& request) {
   return Asked::kAgain;
 }
 
-std::string Runtime::admit(const StreamPtr& stream, std::uint32_t& ahead) {
+Runtime::Admission Runtime::admit(const StreamPtr& stream) {
   const std::string& client = stream->request.client_id;
   const MutexLock lock(mutex_);
+  if (!leadership_.leads(stream->request.cell, stream->epoch)) {
+    known_.erase(stream->request.id);
+    return {false, {}};
+  }
   if (waiting() >= settings_.queue_capacity) {
-    return fmt::format("the queue is full: {} requests wait", settings_.queue_capacity);
+    return {true, fmt::format("the queue is full: {} requests wait", settings_.queue_capacity)};
   }
   const auto of_client = std::count_if(open_.begin(), open_.end(), [&](const auto& open) {
     return open.second->request.client_id == client && !open.second->on_worker;
   });
   if (static_cast<std::size_t>(of_client) >= settings_.client_queue) {
-    return fmt::format("{} requests of this client wait, as many as may", settings_.client_queue);
+    return {true,
+            fmt::format("{} requests of this client wait, as many as may", settings_.client_queue)};
   }
   if (std::string why_not = accounts_.refusal(client, Clock::now()); !why_not.empty()) {
-    return why_not;
+    return {true, std::move(why_not)};
   }
-  ahead = static_cast<std::uint32_t>(queue_.ahead(client)) + running_;
+  const std::size_t ahead = queue_.ahead(client) + running_;
   stream->place = counters_.accepted++;
   open_[stream->request.id] = stream;
-  return "";
+  return {true, "", static_cast<std::uint32_t>(ahead)};
 }
 
-bool Runtime::onRequest(const PlanRequest& request) {
+Verdict Runtime::onRequest(const PlanRequest& request, bool kept) {
   const CellsPtr served = service_.served();
   CellInfo cell;
-  const CellRoute where = route(*served, request.cell, cell);
-  if (where == CellRoute::kOthers) return false;
-  if (const Asked how = asked(request); how != Asked::kFirst) return how == Asked::kAgain;
+  const Leadership::Whose whose_it_is = whose(*served, request, kept, cell);
+  if (whose_it_is == Leadership::Whose::kOthers) return Verdict::kPerhaps;
+  if (const Asked how = asked(request); how != Asked::kFirst) {
+    return how == Asked::kAgain ? Verdict::kMine : Verdict::kNotMine;
+  }
 
-  auto stream = std::make_shared<Stream>(endpoint_, request, served, settings_.deadline_s);
-  if (where == CellRoute::kNobodys) {
+  auto stream =
+      std::make_shared<Stream>(endpoint_, request, served, settings_.deadline_s, cell.epoch);
+  if (whose_it_is == Leadership::Whose::kNobodys) {
     reject(stream, RejectionReason::kUnknownCell,
            {{"cell", "no daemon serves a cell named '" + request.cell + "'" +
                          nearestNamed(cellsOfAll(*served, endpoint_), request.cell)}});
-    return true;
+    return Verdict::kMine;
   }
-  std::uint32_t ahead = 0;
-  if (const std::string why_not = admit(stream, ahead); !why_not.empty()) {
-    reject(stream, RejectionReason::kBusy, {{"", why_not}});
-    return true;
+  const Admission admission = admit(stream);
+  if (!admission.ours) return Verdict::kPerhaps;
+  if (!admission.why_not.empty()) {
+    reject(stream, RejectionReason::kBusy, {{"", admission.why_not}});
+    return Verdict::kMine;
   }
   Accepted accepted;
   accepted.daemon_id = settings_.id;
+  accepted.epoch = stream->epoch;
   accepted.program_version = settings_.version;
   accepted.scene_revision = cell.revision;
   accepted.scene_hash = cell.scene_hash;
-  accepted.queue_place = ahead;
+  accepted.queue_place = admission.ahead;
   stream->emit(std::move(accepted));
   logger("runtime")->debug("request {} of {}: accepted, {} ahead", request.id.hex(),
-                           request.client_id, ahead);
+                           request.client_id, admission.ahead);
   {
     // Only this thread adds to the queue, so there is still room.
     const MutexLock lock(mutex_);
+    if (stream->abandoned()) return Verdict::kPerhaps;
     queue_.push(request.client_id, stream->place, stream);
     changed_ = true;
   }
   work_.notify_one();
   report_.notify_one();
-  return true;
+  return Verdict::kMine;
 }
 
-bool Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id,
-                               const std::vector<Fault>& faults) {
-  // One daemon of the domain says so: that of lowest id.
-  for (const DaemonStatus& other : endpoint_.others()) {
-    if (other.id < settings_.id) return false;
-  }
+Verdict Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id,
+                                  const std::vector<Fault>& faults) {
+  if (!leadership_.rejects()) return Verdict::kPerhaps;
   PlanRequest request;
   request.id = id;
   request.client_id = client_id;
-  if (const Asked how = asked(request); how != Asked::kFirst) return how == Asked::kAgain;
+  if (const Asked how = asked(request); how != Asked::kFirst) {
+    return how == Asked::kAgain ? Verdict::kMine : Verdict::kNotMine;
+  }
   reject(std::make_shared<Stream>(endpoint_, request), RejectionReason::kBadRequest, faults);
-  return true;
+  return Verdict::kMine;
 }
 
 void Runtime::onCancel(const RequestId& id, CancelCause cause) {
@@ -289,6 +313,10 @@ void Runtime::onCancel(const RequestId& id, CancelCause cause) {
   for (const auto& stream : queued) finish(stream, Cancelled{cause});
 }
 
+void Runtime::onClaim(const Claim& claim) { leadership_.heard(claim); }
+
+void Runtime::onClaimEnded(const Claim& claim) { leadership_.ended(claim); }
+
 void Runtime::reject(const StreamPtr& stream, RejectionReason reason, std::vector<Fault> faults) {
   finish(stream, Rejected{reason, std::move(faults)});
 }
@@ -300,12 +328,18 @@ void Runtime::finish(const StreamPtr& stream, Outcome outcome) {
     *cancelled = stream->cancelled(*cancelled);
   }
   {
-    // Counted before it is sent: who has the outcome may ask for the counters.
     const MutexLock lock(mutex_);
+    if (stream->abandoned()) return;
+    if (stream->epoch > 0 && !stopping_ && !leadership_.certain()) {
+      suspended_.emplace_back(stream, std::move(outcome));
+      return;
+    }
+    // Counted before it is sent: who has the outcome may ask for the counters.
     if (std::holds_alternative<Done>(outcome)) ++counters_.done;
     if (std::holds_alternative<Failed>(outcome)) ++counters_.failed;
     if (std::holds_alternative<Cancelled>(outcome)) ++counters_.cancelled;
     if (std::holds_alternative<Rejected>(outcome)) ++counters_.rejected;
+    if (stream->on_worker) answer_times_.add(stream->elapsed());
     open_.erase(stream->request.id);
     answered_.push_back(stream->request.id);
     while (answered_.size() > settings_.remembered) {
@@ -402,9 +436,12 @@ void Runtime::publishStatus() {
   status.version = settings_.version;
   status.cells = service_.served()->infos;
   status.memory_bytes = residentBytes();
+  status.uptime_s = std::chrono::duration<double>(Clock::now() - began_at_).count();
   {
     const MutexLock lock(mutex_);
     changed_ = false;
+    leadership_.tellRoles(status.cells);
+    status.answer_times = answer_times_.summary();
     status.state = stopping_ ? DaemonState::kStopping
                    : ready_  ? DaemonState::kReady
                              : DaemonState::kPreparing;
@@ -541,6 +578,56 @@ void Runtime::workerLoop(int index) noexcept {
     lacks_.notify_one();
     report_.notify_one();
   }
+}
+
+// Leading cells, on the thread of the leadership.
+
+Leadership::Calls Runtime::leadershipCalls() {
+  return {[this] {
+            std::vector<std::string> names;
+            const CellsPtr served = service_.served();
+            for (const CellInfo& cell : served->infos) names.push_back(cell.name);
+            return names;
+          },
+          [this](const std::vector<std::string>& cells) { abandon(cells); }, [this] { resume(); },
+          [this] {
+            {
+              const MutexLock lock(mutex_);
+              changed_ = true;
+            }
+            report_.notify_one();
+          }};
+}
+
+void Runtime::abandon(const std::vector<std::string>& cells) {
+  const auto lost = [&](const StreamPtr& stream) {
+    return stream->epoch > 0 &&
+           std::find(cells.begin(), cells.end(), stream->request.cell) != cells.end();
+  };
+  std::vector<StreamPtr> abandoned;
+  {
+    const MutexLock lock(mutex_);
+    for (const auto& [id, stream] : open_) {
+      if (lost(stream)) abandoned.push_back(stream);
+    }
+    (void)extract(lost);
+    std::erase_if(suspended_, [&](const auto& waiting) { return lost(waiting.first); });
+    for (const StreamPtr& stream : abandoned) {
+      stream->abandon();
+      open_.erase(stream->request.id);
+      known_.erase(stream->request.id);
+    }
+  }
+  for (const StreamPtr& stream : abandoned) endpoint_.handBack(stream->request);
+}
+
+void Runtime::resume() {
+  std::vector<std::pair<StreamPtr, Outcome>> due;
+  {
+    const MutexLock lock(mutex_);
+    due.swap(suspended_);
+  }
+  for (auto& [stream, outcome] : due) finish(stream, std::move(outcome));
 }
 
 bool Runtime::isQuiet() const {

@@ -6,7 +6,9 @@
 #include "runtime/client_accounts.hpp"
 #include "runtime/endpoint.hpp"
 #include "runtime/fair_queue.hpp"
+#include "runtime/leadership.hpp"
 #include "runtime/plan_service.hpp"
+#include "runtime/recent_times.hpp"
 
 #include <handover/common/deadline.hpp>
 #include <handover/common/mutex.hpp>
@@ -32,13 +34,15 @@ struct RuntimeSettings {
   std::size_t remembered = 4096;     ///< ids of answered requests, rejected when they come again
   DaemonId id{};
   std::string version;
+  CellSharing sharing = CellSharing::kStandby;
+  ElectionTimes election;
   /// Called once, from the preparing thread, when a cell cannot be prepared; requests fail from
   /// then on.
   std::function<void(const std::string&)> on_prepare_failed;
 };
 
-/// Owns the threads between endpoint and planning. Requests are accepted as soon as start()
-/// returned. One thread makes what cells and single requests lack, so that a worker never does: a
+/// Owns the threads between endpoint and planning. Requests are accepted as soon as it leads their
+/// cell. One thread makes what cells and single requests lack, so that a worker never does: a
 /// request that has to wait for it holds up nobody else.
 class Runtime : public RequestHandler {
  public:
@@ -58,10 +62,12 @@ class Runtime : public RequestHandler {
   /// read.
   void reload(const Deadline& deadline);
 
-  bool onRequest(const PlanRequest& request) override;
-  bool onInvalidRequest(const RequestId& id, const std::string& client_id,
-                        const std::vector<Fault>& faults) override;
+  Verdict onRequest(const PlanRequest& request, bool kept) override;
+  Verdict onInvalidRequest(const RequestId& id, const std::string& client_id,
+                           const std::vector<Fault>& faults) override;
   void onCancel(const RequestId& id, CancelCause cause) override;
+  void onClaim(const Claim& claim) override;
+  void onClaimEnded(const Claim& claim) override;
 
  private:
   using Clock = Deadline::Clock;
@@ -69,14 +75,22 @@ class Runtime : public RequestHandler {
   using StreamPtr = std::shared_ptr<Stream>;
   using CellsPtr = std::shared_ptr<const ServedCells>;
 
-  enum class CellRoute { kOurs, kOthers, kNobodys };
-  CellRoute route(const ServedCells& served, const std::string& cell, CellInfo& info) const;
+  /// Whose a request is. @param info  what is ours of its cell, its epoch included.
+  Leadership::Whose whose(const ServedCells& served, const PlanRequest& request, bool kept,
+                          CellInfo& info) const;
   enum class Asked { kFirst, kAgain, kMeanwhile };
   /// Takes an id that is new. One that was answered, or is being answered to another client, is
   /// rejected; the same client has what it asks for on its way.
   Asked asked(const PlanRequest& request);
-  /// Enters a request; or says why it cannot be taken now.
-  std::string admit(const StreamPtr& stream, std::uint32_t& ahead);
+
+  struct Admission {
+    bool ours = true;     ///< false: we have ceased to lead the cell
+    std::string why_not;  ///< it cannot be taken now
+    std::uint32_t ahead = 0;
+  };
+
+  /// Enters a request, where it can.
+  Admission admit(const StreamPtr& stream);
   void reject(const StreamPtr& stream, RejectionReason reason, std::vector<Fault> faults);
   void finish(const StreamPtr& stream, Outcome outcome);
   static void send(Stream& stream, Outcome outcome);
@@ -94,6 +108,11 @@ class Runtime : public RequestHandler {
   /// Requests that wait for a worker or for what they lack, what is being made included.
   std::uint32_t waiting() const HANDOVER_REQUIRES(mutex_);
   void publishStatus();
+  Leadership::Calls leadershipCalls();
+  /// Gives up the answers that have begun in cells that another daemon leads now.
+  void abandon(const std::vector<std::string>& cells);
+  /// Sends outcomes that waited until it was known whether we lead.
+  void resume();
 
   void prepareLoop() noexcept;
   void workerLoop(int index) noexcept;
@@ -122,7 +141,13 @@ class Runtime : public RequestHandler {
   bool stopping_ HANDOVER_GUARDED_BY(mutex_) = false;
   bool changed_ HANDOVER_GUARDED_BY(mutex_) = true;
   std::string prepare_failure_ HANDOVER_GUARDED_BY(mutex_);
+  RecentTimes answer_times_ HANDOVER_GUARDED_BY(mutex_);
 
+  /// Outcomes of cells of which it is not certain whether we still lead them.
+  std::vector<std::pair<StreamPtr, Outcome>> suspended_ HANDOVER_GUARDED_BY(mutex_);
+
+  const Clock::time_point began_at_ = Clock::now();
+  Leadership leadership_;  ///< asked under mutex_, never the other way round
   std::vector<std::jthread> threads_;
 };
 

@@ -29,6 +29,22 @@ void readSeconds(YamlMap& map, const char* key, double& value) {
   if (const YamlValue* given = map.find(key)) value = given->number({0, 86'400}).value_or(value);
 }
 
+/// A list of names, or a map of them and of how they are shared.
+void readCells(const YamlValue& value, DaemonSettings& settings) {
+  if (!value.isMap()) {
+    settings.cells = value.texts().value_or(settings.cells);
+    return;
+  }
+  auto map = value.map();
+  if (const YamlValue* names = map->find("names")) {
+    settings.cells = names->texts().value_or(settings.cells);
+  }
+  if (const YamlValue* sharing = map->find("sharing")) {
+    settings.share_cells = sharing->oneOf({"standby", "shared"}).value_or("standby") == "shared";
+  }
+  map->finish();
+}
+
 void readLimits(const YamlValue& value, DaemonLimits& limits) {
   auto map = value.map();
   if (!map) return;
@@ -51,7 +67,7 @@ DaemonSettings readDaemonSettings(const std::filesystem::path& file) {
   if (!map) throw FileError(report.inFile(shown_file));
   if (const YamlValue* version = map->require("version")) version->integer(1, 1);
   if (const YamlValue* cells = map->find("cells")) {
-    settings.cells = cells->texts().value_or(settings.cells);
+    readCells(*cells, settings);
   }
   if (const YamlValue* domain = map->find("domain")) {
     settings.domain = domain->integer(0, 232).value_or(0);
@@ -93,6 +109,7 @@ DaemonSettings readDaemonSettings(const std::filesystem::path& file) {
 std::vector<FileFault> checkNamedCells(const YamlNode& document, const std::string& shown_file,
                                        const std::filesystem::path& root) {
   const YamlNode* cells = document.find("cells");
+  if (cells != nullptr && cells->find("names") != nullptr) cells = cells->find("names");
   if (cells == nullptr || cells->values.empty()) {
     const int line = cells == nullptr ? 0 : cells->line;
     return {{shown_file, line, "cells: names no cell; the daemon needs one here or as --cell"}};

@@ -22,9 +22,10 @@ struct DaemonLimits {
 };
 
 struct DaemonSettings {
-  std::vector<std::string> cells;              ///< names in config/cells, or files
-  int domain = 0;                              ///< 0 to 232
-  int threads = 1;                             ///< workers, 1 to 64
+  std::vector<std::string> cells;  ///< names in config/cells, or files
+  bool share_cells = false;  ///< other daemons of a cell answer its requests too; else one leads
+  int domain = 0;            ///< 0 to 232
+  int threads = 1;           ///< workers, 1 to 64
   std::string transport = "loopback";          ///< loopback, lan, discovery_server or profile
   std::vector<std::string> discovery_servers;  ///< host:port, for transport discovery_server
   std::string profile;                         ///< XML file, for transport profile

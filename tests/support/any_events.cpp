@@ -455,8 +455,11 @@ DaemonStatus anyStatus() {
   status.version = anyText();
   status.state = anyEnumerator<DaemonState>();
   status.cells = several(0, 3, [] {
-    return CellInfo{anyName(), several(0, 3, anyName), anyWhole(), several(0, 3, anyVariation),
-                    anyBool() ? hexDigits(16) : ""};
+    CellInfo cell{anyName(), several(0, 3, anyName), anyWhole(), several(0, 3, anyVariation),
+                  anyBool() ? hexDigits(16) : ""};
+    cell.role = anyEnumerator<CellRole>();
+    if (cell.role == CellRole::kLeader || cell.role == CellRole::kStandby) cell.epoch = anyCount();
+    return cell;
   });
   status.queued = anyCount();
   status.running = anyCount();
@@ -465,6 +468,10 @@ DaemonStatus anyStatus() {
   status.clients = anyCount();
   status.memory_bytes = anyWhole();
   status.dropped_packets = anyWhole();
+  status.uptime_s = anyPositive();
+  if (anyBool()) status.answer_times = {anyPositive(), anyPositive()};
+  status.kept_requests = anyCount();
+  status.answered = several(0, 130, anyId);
   return status;
 }
 

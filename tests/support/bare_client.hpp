@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <condition_variable>
 #include <mutex>
 #include <optional>
@@ -55,6 +56,19 @@ class BareClient {
     };
     if (!changed_.wait_for(lock, 20s, ended)) return std::nullopt;
     return std::get<Outcome>(received_.back().payload);
+  }
+
+  std::vector<PlanEvent> events() {
+    const std::lock_guard lock(mutex_);
+    return received_;
+  }
+
+  /// Waits until one of the events is what is asked for.
+  template <typename Test>
+  bool waitFor(Test test) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, 20s,
+                             [&] { return std::any_of(received_.begin(), received_.end(), test); });
   }
 
  private:

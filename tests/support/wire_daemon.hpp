@@ -29,6 +29,8 @@ class WireDaemonTest : public testing::Test {
   void start(RuntimeSettings settings = {}, DdsEndpointSettings wire = {}) {
     settings.id = RequestId::random().bytes;
     settings.version = "test";
+    settings.sharing = CellSharing::kShared;  // leaders are tested between processes
+    settings.election.settle = {};
     wire.domain = domain;
     endpoint.emplace(wire);
     runtime.emplace(service, *endpoint, settings);

@@ -39,6 +39,8 @@ class DdsEndpointTest : public testing::Test {
   void start(RuntimeSettings settings = {}) {
     settings.id = RequestId::random().bytes;
     settings.version = "test";
+    settings.sharing = CellSharing::kShared;  // leaders are tested between processes
+    settings.election.settle = {};
     runtime.emplace(service, endpoint, settings);
     runtime->start();
   }

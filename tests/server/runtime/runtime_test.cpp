@@ -116,7 +116,10 @@ class FakeService : public PlanService {
 
 class RuntimeTest : public testing::Test {
  protected:
-  void start(RuntimeSettings settings = {}) {
+  void start(RuntimeSettings settings = {}, CellSharing sharing = CellSharing::kShared) {
+    settings.sharing = sharing;
+    settings.election.settle = {};
+    settings.election.hush = {};
     settings.id = {9};
     settings.version = "1.2.3";
     runtime.emplace(service, endpoint, settings);
@@ -124,6 +127,19 @@ class RuntimeTest : public testing::Test {
     if (service.holding_prepare || !service.prepare_error.empty()) return;
     ASSERT_TRUE(endpoint.waitForStatus(
         [](const DaemonStatus& s) { return s.state == DaemonState::kReady; }));
+  }
+
+  /// As one of several daemons. They need not claim again and again.
+  void startToLead() {
+    RuntimeSettings settings;
+    settings.election.lease = 1h;
+    start(settings, CellSharing::kStandby);
+    ASSERT_TRUE(waitForRole(CellRole::kLeader));
+  }
+
+  bool waitForRole(CellRole role) {
+    return endpoint.waitForStatus(
+        [&](const DaemonStatus& status) { return status.cells.at(0).role == role; });
   }
 
   static PlanRequest request(const std::string& task = "serve") {
@@ -443,6 +459,36 @@ TEST_F(RuntimeTest, LeavesUnknownCellsToTheLowestIdAndCellsToThoseThatServeThem)
   EXPECT_TRUE(is<Done>(endpoint.outcome(ours.id)));
   EXPECT_TRUE(endpoint.events(stool.id).empty());
   EXPECT_TRUE(endpoint.events(nowhere.id).empty());
+}
+
+TEST_F(RuntimeTest, AnswersWhatAnotherLeaderLeavesWithTheNextEpoch) {
+  startToLead();
+  const Claim other{cellKey("butler"), {1}, 5};
+  endpoint.hearClaim(other);
+  ASSERT_TRUE(waitForRole(CellRole::kStandby));
+  const auto r = send(request());
+  EXPECT_TRUE(endpoint.events(r.id).empty());
+  endpoint.endClaim(other);
+  EXPECT_TRUE(is<Done>(endpoint.outcome(r.id)));
+  EXPECT_EQ(std::get<Accepted>(endpoint.events(r.id).at(0).payload).epoch, 6u);
+}
+
+TEST_F(RuntimeTest, GivesAnAnswerUpWithoutOutcomeWhenAnotherLeads) {
+  service.holding_plans = true;
+  startToLead();
+  const auto r = send(request());
+  ASSERT_TRUE(waitForEvents(r.id, 2));
+  const Claim other{cellKey("butler"), {1}, 5};
+  endpoint.hearClaim(other);
+  ASSERT_TRUE(waitForRole(CellRole::kStandby));
+  service.release();
+  endpoint.endClaim(other);
+  EXPECT_TRUE(is<Done>(endpoint.outcome(r.id)));
+  runtime->stop();
+  const auto events = endpoint.events(r.id);
+  ASSERT_EQ(events.size(), 5u);  // two that were begun, three of the next answer
+  EXPECT_EQ(std::get<Accepted>(events[2].payload).epoch, 6u);
+  EXPECT_NE(events[2].answer_id, events[0].answer_id);
 }
 
 TEST_F(RuntimeTest, RejectsInvalidRequestsWithEveryFault) {

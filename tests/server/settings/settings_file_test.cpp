@@ -55,6 +55,14 @@ TEST(DaemonSettings, LimitsAreReadFromTheFile) {
   EXPECT_EQ(settings.limits, (DaemonLimits{9, 3, 2.5, 7, 60}));
 }
 
+TEST(DaemonSettings, SayHowCellsAreShared) {
+  EXPECT_FALSE(read("version: 1\ncells: {names: [a]}\n").share_cells);
+  const DaemonSettings shared = read("version: 1\ncells: {names: [a, b], sharing: shared}\n");
+  EXPECT_THAT(shared.cells, ElementsAre("a", "b"));
+  EXPECT_TRUE(shared.share_cells);
+  EXPECT_THAT(faultsOf("version: 1\ncells: {sharing: never}\n"), testing::SizeIs(1));
+}
+
 TEST(DaemonSettings, FaultsAreReportedWithTheirLines) {
   EXPECT_THAT(faultsOf("version: 1\nlimits: {queue: 0, client_queues: 3}\n"),
               ElementsAre("2: limits.queue: must be a whole number from 1 to 1000000, not '0'",

@@ -99,7 +99,8 @@ class Client {
 
   /// Sends a request and waits until a daemon took it. An empty id gets a random one; client_id is
   /// filled in. A request beyond the wire's bounds is rejected here, as the daemon would. An answer
-  /// is one daemon's: where another one begins, what came before is dropped and `on_restart` told.
+  /// is one daemon's: where another one begins, what came before is dropped and `on_restart` told;
+  /// a leader of the cell that was followed by another is not gone back to while that one is there.
   /// Only participants that announced a daemon are listened to. @throws ClientError;
   /// std::logic_error in a callback, which would wait for itself; std::invalid_argument for an id
   /// that this client is asking for.
