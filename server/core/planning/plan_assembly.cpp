@@ -140,6 +140,7 @@ TransportPlan assemblePlan(const TransportProblem& problem, CollisionContext& co
   plan.solution.stage_count = static_cast<std::uint32_t>(timed.size());
   plan.solution.cost = -path.holders.back().dexterity.give;
   plan.solution.quality = qualityOf(problem, path, timed, schedule);
+  plan.solution.quality->cost = plan.solution.cost;
 
   const bool held = problem.task.held_by.has_value();
   PlanTimes times = timesOf(timed, schedule, path.holders.size());
