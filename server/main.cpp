@@ -263,7 +263,8 @@ void addCellOptions(CLI::App& command, Options& options) {
                   "Folder that holds config/ and robots/ (default: HANDOVER_ROOT, else the "
                   "installed share, else the repository)")
       ->type_name("DIR");
-  command.add_option("--config", options.config, "Settings file")->type_name("FILE");
+  command.add_option("--config", options.config, "Settings file (docs/operating.md)")
+      ->type_name("FILE");
 }
 
 const CLI::App& addServe(CLI::App& app, Options& options) {

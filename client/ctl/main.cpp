@@ -114,7 +114,9 @@ void addSearch(CLI::App& app, SearchFlags& flags) {
                  "What plans are the best at: balanced, time, dexterity (default: the task's)")
       ->check(nameOf<Objective>("objective"))
       ->type_name("OBJECTIVE");
-  flags.deadline = app.add_option("--deadline", flags.deadline_s, "Time that a search may take")
+  flags.deadline = app.add_option("--deadline", flags.deadline_s,
+                                  "Time that a search may take\n"
+                                  "(default: the daemon's limits.deadline_s, 1800 as shipped)")
                        ->check(numberWhere([](double v) { return v > 0; }, "above 0"))
                        ->type_name("SECONDS");
 }

@@ -30,8 +30,6 @@ constexpr std::chrono::milliseconds kTogether = 40ms;
 constexpr std::chrono::milliseconds kAnnouncements = 300ms;
 /// Events of participants that have not announced a daemon yet, until they do.
 constexpr std::size_t kMostHeld = 4096;
-/// A deadline beyond a day is none, as in the daemon.
-constexpr double kLongestDeadline = 86'400;
 
 int domainOf(const ClientOptions& options) {
   if (options.domain) return *options.domain;

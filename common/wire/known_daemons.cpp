@@ -18,9 +18,12 @@ void KnownDaemons::take(const Sample<msg::DaemonStatus>& sample) {
   const auto decoded = decode(*sample.message);
   const auto* status = std::get_if<DaemonStatus>(&decoded);
   if (status == nullptr) return;
-  const bool taken = std::any_of(by_writer_.begin(), by_writer_.end(), [&](const auto& entry) {
-    return entry.first != sample.writer && entry.second.id == status->id;
+  // A participant may go on with another writer.
+  std::erase_if(by_writer_, [&](const auto& entry) {
+    return entry.second.id == status->id && sameParticipant(entry.first, sample.writer);
   });
+  const bool taken = std::any_of(by_writer_.begin(), by_writer_.end(),
+                                 [&](const auto& entry) { return entry.second.id == status->id; });
   if (!taken) by_writer_[sample.writer] = *status;
 }
 

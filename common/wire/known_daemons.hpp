@@ -14,8 +14,8 @@
 namespace handover::wire {
 
 /// The daemons that serve or are about to. A status writer stands for one daemon, and a daemon for
-/// one writer: who claims another's id is not believed while that one is there. Not synchronised:
-/// its owner's lock guards it.
+/// one writer, its participant's latest: who else claims its id is not believed while that one is
+/// there. Not synchronised: its owner's lock guards it.
 class KnownDaemons {
  public:
   /// Takes a daemon's latest status. What cannot be read is passed over.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <string_view>
+#include <vector>
 
 namespace handover::wire {
 namespace {
@@ -19,6 +20,7 @@ enum SubmessageId : std::uint8_t {
   kGapId = 0x08,
   kHeartbeatId = 0x07,
   kInfoTimestampId = 0x09,
+  kInfoSourceId = 0x0c,
   kPadId = 0x01,
   kHeartbeatFragId = 0x13,
   kDataId = 0x15,
@@ -28,9 +30,19 @@ enum SubmessageId : std::uint8_t {
 
 /// A gap's samples are walked one by one: a millisecond's worth.
 constexpr std::int64_t kLongestGap = 65'536;
-/// As are those before a heartbeat's first. A daemon that reports 20 times a second for 1.7 years
-/// gets that far; walking takes about a second.
-constexpr std::int64_t kFarthestFirst = 1 << 30;
+/// As are those before a heartbeat's first, from those that the reader had been told of, by each
+/// reader of the writer: 5 ns a sample. What a writer's first may be at all, then, when it is heard
+/// the first time (90 ms, once): readers that come late walk from 0. Our own writers are replaced
+/// far earlier (status: after 65,536 samples), or keep their first sample (discovery), or write one
+/// request each. A foreign client that keeps one request writer gets there in half a year of a
+/// request a second.
+constexpr std::int64_t kFarthestFirst = 1 << 24;
+/// Later a heartbeat comes with every few samples, or at least in the 3 s of a lease: no writer of
+/// ours writes 1,000 samples a second. A tenth of a millisecond; more for one not heard for long
+/// (its reader, or this process, had been stopped), so that it is heard again.
+constexpr std::int64_t kLongestJump = 16'384, kJumpPerSecond = 1'000;
+/// Whoever sends in the names of more writers than there ever are makes all be heard anew.
+constexpr std::size_t kMostWriters = 4'096;
 /// Of any sample: a million a second would take eight years.
 constexpr std::int64_t kFarthestSample = std::int64_t{1} << 48;
 /// The smallest fragment anybody cuts (Cyclone DDS: 1344), with room; the largest sample of ours.
@@ -166,6 +178,48 @@ bool isRtps(Bytes datagram) {
   return datagram.size() >= kHeader && std::equal(kMagic.begin(), kMagic.end(), datagram.begin());
 }
 
+/// Visits the submessages of an RTPS datagram, up to one that ends beyond it: false then.
+template <typename Visit>
+bool forEachSubmessage(Bytes datagram, Visit visit) {
+  if (!isRtps(datagram)) return true;
+  Bytes rest = datagram.subspan(kHeader);
+  while (!rest.empty()) {
+    const auto submessage = firstOf(rest);
+    if (!submessage) return false;
+    // The next one begins at a multiple of four.
+    const std::size_t padded = kSubmessageHeader + (submessage->content.size() + 3) / 4 * 4;
+    rest = rest.subspan(std::min(padded, rest.size()));
+    visit(*submessage, rest.empty());
+  }
+  return true;
+}
+
+/// What a heartbeat says is its writer's first sample.
+struct SaidFirst {
+  std::array<std::uint8_t, 16> writer{};
+  std::int64_t first = 0;
+};
+
+/// @pre `datagram` has no fault.
+std::vector<SaidFirst> heartbeatsOf(Bytes datagram) {
+  constexpr std::size_t kPrefix = 12, kPrefixAt = 8;
+  std::vector<SaidFirst> found;
+  SaidFirst next;
+  if (isRtps(datagram)) std::copy_n(datagram.begin() + kPrefixAt, kPrefix, next.writer.begin());
+  forEachSubmessage(datagram, [&](const Submessage& submessage, bool) {
+    const Bytes content = submessage.content;
+    // From here on somebody else speaks.
+    if (submessage.id == kInfoSourceId && content.size() >= kPrefixAt + kPrefix) {
+      std::copy_n(content.begin() + kPrefixAt, kPrefix, next.writer.begin());
+    }
+    if (submessage.id != kHeartbeatId) return;
+    std::copy_n(content.begin() + 4, 4, next.writer.begin() + kPrefix);
+    next.first = submessage.sequenceAt(8);
+    found.push_back(next);
+  });
+  return found;
+}
+
 bool fromEprosima(Bytes datagram) { return datagram[6] == 0x01 && datagram[7] == 0x0f; }
 
 class GuardedTransport final : public rtps::ChainingTransport {
@@ -189,7 +243,7 @@ class GuardedTransport final : public rtps::ChainingTransport {
   void receive(rtps::TransportReceiverInterface* next, const eprosima::fastrtps::rtps::octet* data,
                std::uint32_t size, const eprosima::fastrtps::rtps::Locator_t& local,
                const eprosima::fastrtps::rtps::Locator_t& remote) override {
-    if (packetFault({data, size})) {
+    if (guard_.fault({data, size})) {
       ++*dropped_;
     } else {
       next->OnDataReceived(data, size, local, remote);
@@ -197,6 +251,7 @@ class GuardedTransport final : public rtps::ChainingTransport {
   }
 
  private:
+  PacketGuard guard_;
   const std::shared_ptr<DropCounter> dropped_;
 };
 
@@ -215,21 +270,42 @@ struct GuardedDescriptor final : public rtps::ChainingTransportDescriptor {
 }  // namespace
 
 std::optional<PacketFault> packetFault(Bytes datagram) {
-  if (!isRtps(datagram)) return std::nullopt;
-  Bytes rest = datagram.subspan(kHeader);
-  while (!rest.empty()) {
-    const auto submessage = firstOf(rest);
-    if (!submessage) return PacketFault::kLength;
-    // The next one begins at a multiple of four.
-    const std::size_t padded = kSubmessageHeader + (submessage->content.size() + 3) / 4 * 4;
-    rest = rest.subspan(std::min(padded, rest.size()));
-    if (submessage->id == kStatisticsId && fromEprosima(datagram)) {
-      if (!rest.empty()) return PacketFault::kStatistics;
-    } else if (const auto fault = faultOf(*submessage)) {
-      return fault;
+  std::optional<PacketFault> fault;
+  const bool whole = forEachSubmessage(datagram, [&](const Submessage& submessage, bool last) {
+    if (fault) return;
+    if (submessage.id == kStatisticsId && fromEprosima(datagram)) {
+      if (!last) fault = PacketFault::kStatistics;
+    } else {
+      fault = faultOf(submessage);
     }
+  });
+  return fault || whole ? fault : PacketFault::kLength;
+}
+
+std::optional<PacketFault> PacketGuard::fault(Bytes datagram, Clock::time_point now) {
+  if (const auto fault = packetFault(datagram)) return fault;
+  const std::vector<SaidFirst> heartbeats = heartbeatsOf(datagram);
+  if (heartbeats.empty()) return std::nullopt;
+  const MutexLock lock(mutex_);
+  for (const SaidFirst& said : heartbeats) {
+    const auto found = writers_.find(said.writer);
+    if (found == writers_.end()) continue;
+    const Heard& heard = found->second;
+    const std::chrono::duration<double> silent = now - heard.at;
+    const double most = kLongestJump + kJumpPerSecond * silent.count();
+    if (static_cast<double>(said.first - heard.first) > most) return PacketFault::kHeartbeat;
+  }
+  if (writers_.size() + heartbeats.size() > kMostWriters) writers_.clear();
+  for (const SaidFirst& said : heartbeats) {
+    Heard& heard = writers_[said.writer];
+    heard = {std::max(heard.first, said.first), now};
   }
   return std::nullopt;
+}
+
+std::size_t PacketGuard::size() const {
+  const MutexLock lock(mutex_);
+  return writers_.size();
 }
 
 std::shared_ptr<rtps::TransportDescriptorInterface> guarded(

@@ -3,8 +3,13 @@
 // port of ours could send one; none of these rules needs to know who did.
 #pragma once
 
+#include <handover/common/mutex.hpp>
+
+#include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -21,14 +26,39 @@ enum class PacketFault {
   kStatistics,  ///< eProsima's statistics before the end of the datagram: an assertion
   kSequence,    ///< a sample's number beyond all that are counted: its successor is an assertion
   kGap,         ///< a gap that begins before 1, or is too long: it would be walked one by one
-  kHeartbeat,   ///< a first sample before 1 (an assertion), or too far: walked one by one
+  kHeartbeat,   ///< a first sample before 1 (an assertion), or too far on: walked one by one
   kData,        ///< inline QoS that end beyond the submessage: the payload's length underflows
   kFragment,    ///< fragments too small, too many or of none: written or read beyond the sample
 };
 
-/// The first fault of an RTPS datagram; none: it may pass. What is not RTPS passes, the library
-/// passes over it; encrypted submessages pass as they are.
+/// The first fault of an RTPS datagram by itself; none: it may pass. What is not RTPS passes, the
+/// library passes over it; encrypted submessages pass as they are.
 std::optional<PacketFault> packetFault(std::span<const std::uint8_t> datagram);
+
+/// Holds a datagram also against what its writers said before: a heartbeat's first sample may not
+/// be far beyond the last first one. Methods are safe from any thread.
+class PacketGuard {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  std::optional<PacketFault> fault(std::span<const std::uint8_t> datagram,
+                                   Clock::time_point now = Clock::now());
+
+  /// Of writers that were heard.
+  std::size_t size() const;
+
+ private:
+  using Guid = std::array<std::uint8_t, 16>;
+
+  /// A writer's highest first sample that passed.
+  struct Heard {
+    std::int64_t first = 0;
+    Clock::time_point at;
+  };
+
+  mutable Mutex mutex_;
+  std::map<Guid, Heard> writers_ HANDOVER_GUARDED_BY(mutex_);
+};
 
 /// Counts what guarded transports dropped.
 using DropCounter = std::atomic<std::uint64_t>;

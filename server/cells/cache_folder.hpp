@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <concepts>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -16,12 +15,7 @@ class CacheFolder {
   static constexpr std::uint64_t kMostBytes = std::uint64_t{2} << 30;
 
   /// An empty path: nothing is kept.
-  CacheFolder(std::filesystem::path path, std::uint64_t most_bytes);
-
-  template <typename Path>
-
-  requires std::convertible_to<Path, std::filesystem::path> CacheFolder(const Path& path)
-      : CacheFolder(std::filesystem::path(path), kMostBytes) {}
+  CacheFolder(std::filesystem::path path, std::uint64_t most_bytes = kMostBytes);
 
   const std::filesystem::path& path() const;
 

@@ -36,7 +36,8 @@ class ResourceCache {
   /// What is being made ("maps crichton", "grasps cup hubo/left_hand") and the fraction done.
   using Progress = std::function<void(const std::string& what, double fraction)>;
 
-  /// `force`: make everything anew, whatever the cache holds.
+  /// `force`: make everything anew, whatever the cache holds. The folder has a path, but where only
+  /// kinematics() is asked.
   ResourceCache(CacheFolder folder, Progress progress, bool force);
 
   /// @throws std::runtime_error with the reason when the map can neither be read nor made.

@@ -4,6 +4,7 @@
 #include "dds/client_stream.hpp"
 #include "dds/prober.hpp"
 #include "dds/sender_pool.hpp"
+#include "dds/status_writer.hpp"
 #include "wire/codec.hpp"
 #include "wire/entities.hpp"
 #include "wire/known_daemons.hpp"
@@ -66,7 +67,7 @@ struct DdsEndpoint::Impl {
 
   // Last: their callbacks use all above.
   wire::Participant participant;
-  std::optional<wire::Writer<msg::DaemonStatus>> status_writer;
+  std::optional<StatusWriter> status_writer;
   std::optional<wire::Reader<msg::DaemonStatus>> status_reader;
   std::optional<wire::Reader<msg::HandoverRequest>> request_reader;
   std::optional<wire::Reader<msg::HandoverCancel>> cancel_reader;
@@ -240,7 +241,7 @@ struct DdsEndpoint::Impl {
 DdsEndpoint::DdsEndpoint(const DdsEndpointSettings& settings)
     : impl_(std::make_unique<Impl>(settings)) {
   Impl& impl = *impl_;
-  impl.status_writer.emplace(impl.participant, wire::EntityOptions{});
+  impl.status_writer.emplace(impl.participant, settings.statuses);
   impl.status_reader.emplace(
       impl.participant,
       wire::EntityOptions{.on_match = [&impl](const auto& match) { impl.onStatusMatch(match); }},

@@ -18,6 +18,7 @@ struct DdsEndpointSettings {
   std::size_t most_idle = 64;          ///< that have confirmed their answers or not yet asked
   std::size_t most_unconfirmed = 256;  ///< in all
   std::size_t most_bytes = 64 << 20;   ///< of events held for them
+  std::uint64_t statuses = 65'536;     ///< written by one writer; an hour at least
 };
 
 class DdsEndpoint : public Endpoint {

@@ -20,7 +20,8 @@ class RequestHandler {
   /// A request whose fields passed check(). False: it is another daemon's to answer, or asked again
   /// while it is being answered; true: it gets an outcome.
   virtual bool onRequest(const PlanRequest& request) = 0;
-  /// A request that did not; its id and client are readable all the same. As onRequest().
+  /// A request that did not; its id and client are readable all the same. As onRequest(); the
+  /// daemon of lowest id answers.
   virtual bool onInvalidRequest(const RequestId& id, const std::string& client_id,
                                 const std::vector<Fault>& faults) = 0;
   /// The client cancelled the request, disposed it or is gone, as `cause` says.

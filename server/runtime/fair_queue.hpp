@@ -26,6 +26,23 @@ class FairQueue {
     ++size_;
   }
 
+  /// How many that wait would go before one that this client added now, if each took as long: its
+  /// own, and as many turns of every other client.
+  std::size_t ahead(const std::string& client) const {
+    const auto found = clients_.find(client);
+    Client self = found == clients_.end() ? Client{} : found->second.withoutItems();
+    const std::size_t own = found == clients_.end() ? 0 : found->second.waiting.size();
+    if (own == 0 && self.running == 0) self.used_s = std::max(self.used_s, leastUsed());
+    std::size_t ahead = own;
+    for (const auto& [name, other] : clients_) {
+      if (name == client) continue;
+      const bool first = std::tuple(other.rank(), name) < std::tuple(self.rank(), client);
+      const std::size_t turns = own + (first ? 1 : 0);
+      ahead += std::min(other.waiting.size(), turns);
+    }
+    return ahead;
+  }
+
   /// Takes the next, which runs until finished(). @pre !empty()
   Item pop() {
     const auto next = std::min_element(
@@ -84,8 +101,13 @@ class FairQueue {
 
     bool active() const { return !waiting.empty() || running > 0; }
 
+    /// Among those that wait.
+    auto rank() const { return std::tuple(running, used_s, last_turn); }
+
     /// The least of those that wait is next.
-    auto turn() const { return std::tuple(waiting.empty(), running, used_s, last_turn); }
+    auto turn() const { return std::tuple_cat(std::tuple(waiting.empty()), rank()); }
+
+    Client withoutItems() const { return {{}, running, used_s, last_turn}; }
   };
 
   /// Of those that wait or run; 0 when none does.

@@ -4,6 +4,7 @@
 #include "runtime/memory.hpp"
 #include "runtime/request_log.hpp"
 #include "runtime/thread_name.hpp"
+#include "settings/yaml_reader.hpp"
 
 #include <handover/common/check.hpp>
 #include <handover/common/log.hpp>
@@ -31,6 +32,15 @@ Failed failed(FailureReason reason, std::string filter, const std::string& text)
   return outcome;
 }
 
+/// What any daemon that is there serves.
+std::vector<CellInfo> cellsOfAll(const ServedCells& served, const Endpoint& endpoint) {
+  std::vector<CellInfo> cells = served.infos;
+  for (const DaemonStatus& other : endpoint.others()) {
+    cells.insert(cells.end(), other.cells.begin(), other.cells.end());
+  }
+  return cells;
+}
+
 }  // namespace
 
 /// The answer to one request. Used by one thread at a time: who took it from the queue owns it.
@@ -46,8 +56,7 @@ class Runtime::Stream : public PlanEventSink {
         endpoint_(endpoint) {
     facts.task = request.task;
     const std::optional<double> seconds = request.deadline_s ? request.deadline_s : patience_s;
-    // Deadlines beyond a day are no deadlines; the clock would overflow on absurd ones.
-    if (!seconds || *seconds >= 86'400.0) return;
+    if (!seconds || *seconds >= kLongestDeadline) return;
     deadline_at = taken_at + std::chrono::duration_cast<Clock::duration>(
                                  std::chrono::duration<double>(*seconds));
     deadline = Deadline(*deadline_at);
@@ -209,7 +218,7 @@ std::string Runtime::admit(const StreamPtr& stream, std::uint32_t& ahead) {
   if (std::string why_not = accounts_.refusal(client, Clock::now()); !why_not.empty()) {
     return why_not;
   }
-  ahead = static_cast<std::uint32_t>(queue_.size()) + running_;
+  ahead = static_cast<std::uint32_t>(queue_.ahead(client)) + running_;
   stream->place = counters_.accepted++;
   open_[stream->request.id] = stream;
   return "";
@@ -225,7 +234,8 @@ bool Runtime::onRequest(const PlanRequest& request) {
   auto stream = std::make_shared<Stream>(endpoint_, request, served, settings_.deadline_s);
   if (where == CellRoute::kNobodys) {
     reject(stream, RejectionReason::kUnknownCell,
-           {{"cell", "no daemon serves a cell named '" + request.cell + "'"}});
+           {{"cell", "no daemon serves a cell named '" + request.cell + "'" +
+                         nearestNamed(cellsOfAll(*served, endpoint_), request.cell)}});
     return true;
   }
   std::uint32_t ahead = 0;
@@ -255,6 +265,10 @@ bool Runtime::onRequest(const PlanRequest& request) {
 
 bool Runtime::onInvalidRequest(const RequestId& id, const std::string& client_id,
                                const std::vector<Fault>& faults) {
+  // One daemon of the domain says so: that of lowest id.
+  for (const DaemonStatus& other : endpoint_.others()) {
+    if (other.id < settings_.id) return false;
+  }
   PlanRequest request;
   request.id = id;
   request.client_id = client_id;
@@ -368,7 +382,13 @@ void Runtime::expireQueued() {
     late = extract([](const StreamPtr& stream) { return stream->deadline.over(); });
   }
   for (const auto& stream : late) {
-    finish(stream, failed(FailureReason::kDeadline, "queue", "The deadline passed in the queue."));
+    // A cancel may have come while it was in no queue.
+    if (stream->deadline.state() == Deadline::State::kCancelled) {
+      finish(stream, Cancelled{});
+    } else {
+      finish(stream,
+             failed(FailureReason::kDeadline, "queue", "The deadline passed in the queue."));
+    }
   }
 }
 

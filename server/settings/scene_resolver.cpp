@@ -418,7 +418,10 @@ class SceneResolver {
     const ChainHolder holder = holderNamed(description.held_by, path + ".start.held_by");
     if (!holder.robot.valid()) return;
     if (!holder.arm.valid()) {
-      return report_.add(path + ".start.held_by", "must name the arm: robot/arm");
+      if (description.held_by.find('/') == std::string::npos) {
+        report_.add(path + ".start.held_by", "must name the arm: robot/arm");
+      }
+      return;
     }
     task.held_by = holder;
   }

@@ -20,6 +20,7 @@
 #include <iterator>
 #include <sstream>
 #include <stdexcept>
+#include <thread>
 
 namespace handover::test {
 namespace {
@@ -102,6 +103,17 @@ Process::~Process() {
 
 void Process::signal(int number) const {
   if (!ended_) kill(pid_, number);
+}
+
+bool Process::signalChild(int number, std::chrono::milliseconds most) const {
+  const std::string pid = std::to_string(pid_);
+  const auto until = std::chrono::steady_clock::now() + most;
+  while (std::chrono::steady_clock::now() < until) {
+    std::ifstream children("/proc/" + pid + "/task/" + pid + "/children");
+    if (pid_t child = 0; children >> child) return ::kill(child, number) == 0;
+    std::this_thread::sleep_for(1ms);  // of one look to the next
+  }
+  return false;
 }
 
 void Process::closeOutput() {

@@ -24,6 +24,8 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   void signal(int number) const;
+  /// As signal(), to a child process of the program, once it has one; false after `most`.
+  bool signalChild(int number, std::chrono::milliseconds most = 20s) const;
   /// As readers that are gone: what the program writes from now on has no taker.
   void closeOutput();
   /// Waits until the program blocks a signal, from outside, as the system tells.

@@ -26,10 +26,11 @@ class WireDaemonTest : public testing::Test {
     return {.id = RequestId::random(), .client_id = "any", .cell = "script", .task = task};
   }
 
-  void start(RuntimeSettings settings = {}) {
+  void start(RuntimeSettings settings = {}, DdsEndpointSettings wire = {}) {
     settings.id = RequestId::random().bytes;
     settings.version = "test";
-    endpoint.emplace(DdsEndpointSettings{.domain = domain});
+    wire.domain = domain;
+    endpoint.emplace(wire);
     runtime.emplace(service, *endpoint, settings);
     runtime->start();
   }

@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/stat.h>
 
 namespace handover::test {
@@ -56,6 +57,35 @@ TEST(Check, SaysWhatIsNoFileOfOurs) {
                              "/dev/zero: is a device, not a plain file\n" + folder.path().string() +
                              ": is a folder, not a file\n" + text +
                              ": is no cell, robot or daemon settings\n" + "none: no such file\n");
+}
+
+/// A wavy sheet of some hundred thousand triangles: half a second to read.
+std::string largeMesh() {
+  constexpr int kEdge = 480;
+  std::string text;
+  for (int i = 0; i < kEdge * kEdge; ++i) {
+    text += "v " + std::to_string(i / kEdge) + " " + std::to_string(i % kEdge) + " " +
+            std::to_string(i * 7 % 10) + "\n";
+  }
+  for (int i = 1; i < kEdge * (kEdge - 1); ++i) {
+    const auto corner = [i](int ahead) { return " " + std::to_string(i + ahead); };
+    text += "f" + corner(0) + corner(1) + corner(kEdge) + "\n";
+    text += "f" + corner(1) + corner(kEdge + 1) + corner(kEdge) + "\n";
+  }
+  return text;
+}
+
+TEST(Check, OutlivesAFileThatCrashesItsReader) {
+  const TemporaryFolder folder;
+  const std::string large = folder.write("large.obj", largeMesh()).string();
+  Process checking({HANDOVER_BINARY_DIR "/bin/handoverd", "check", "--root", HANDOVER_SOURCE_DIR,
+                    large, shipped("robots/objects/cup/cup.obj")},
+                   {"XDG_CACHE_HOME=" + (folder / "cache").string()});
+  // As the file would, in the process that reads it.
+  ASSERT_TRUE(checking.signalChild(SIGSEGV));
+  EXPECT_EQ(checking.wait(60s), 3);
+  EXPECT_THAT(checking.out(), HasSubstr(large + ": cannot be read as a mesh: crashed: "));
+  EXPECT_THAT(checking.err(), HasSubstr("cup.obj: "));  // the next file is read
 }
 
 }  // namespace

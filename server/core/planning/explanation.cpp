@@ -99,6 +99,21 @@ Failed explainArms(const TransportProblem& problem, PruningPlace place, const Ar
                 tally.counts(8), problem.search == SearchWidth::kWide && ranking.proven);
 }
 
+Failed explainUnfitHolder(const TransportProblem& problem, const ChainHolder& holder,
+                          const Unfit& unfit) {
+  const SceneRobot& robot = problem.scene->robots[holder.robot];
+  ArmScore score;
+  score.arm = {robot.name, robot.model->arms[holder.arm].name};
+  score.rejected = unfit.cause;
+  score.object = unfit.object;
+  CauseTally tally;
+  tally.add(score.rejected, {nameOf(score.arm), score.object});
+  return failed(FailureReason::kNoGrasp, "arms_at_start",
+                nameOf(score.arm) + " cannot hold " + problem.task.object + " at the start: it " +
+                    lackOf(problem, score) + ".",
+                tally.counts(), true);
+}
+
 Failed explainNoChain(const TransportProblem& problem, std::size_t n,
                       const std::vector<ArmName>& takers, const std::vector<ArmName>& bringers,
                       CauseTally tally) {

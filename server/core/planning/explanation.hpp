@@ -34,6 +34,10 @@ using PrunedByArm = std::map<ArmName, PrunedGrasps>;
 /// No arm is left for the start (or the goal): kNoGrasp where none can hold the object at all.
 Failed explainArms(const TransportProblem& problem, PruningPlace place, const ArmRanking& ranking);
 
+/// The arm that is said to hold the object at the start cannot have it.
+Failed explainUnfitHolder(const TransportProblem& problem, const ChainHolder& holder,
+                          const Unfit& unfit);
+
 /// No plan, though there are arms.
 Failed explainSearch(const TransportProblem& problem, const PrunedByArm& at_start,
                      const PrunedByArm& at_goal, const SearchCounts& counts);

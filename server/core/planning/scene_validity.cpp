@@ -19,6 +19,7 @@ constexpr double kRaised = 0.0008;
 constexpr double kLowered = 0.0018;
 constexpr double kLookDown = 0.3;  // for the gap that is told [m]
 constexpr double kNearFixture = 0.002;
+constexpr double kApart = 1e-5;  // beyond a depth, to be out [m]
 constexpr double kFlush = 1e-6;  // what rounding presses faces into each other [m]
 
 std::string millimetres(double metres) {
@@ -59,8 +60,11 @@ class SceneChecker {
     return failureOf(contacts, FailureReason::kStartInCollision, "start", "At the start");
   }
 
-  /// O in the hand that holds it, against everything but that hand.
+  /// O in the hand that holds it, against everything but that hand; a hand that cannot have it.
   std::optional<Failed> checkHeld(const ChainHolder& holder) {
+    if (const auto unfit = unfitReason(problem_, holder.robot, holder.arm)) {
+      return explainUnfitHolder(problem_, holder, *unfit);
+    }
     BodyPairs allowed(bodies_.bodies());
     const Manipulator arm = makeManipulator(problem_, holder.robot, holder.arm);
     allowed.insert(arm.hand_bodies, {object_});
@@ -173,14 +177,27 @@ class SceneChecker {
     return out;
   }
 
+  /// Whether the least move that parts those convex parts that are deepest in each other parts the
+  /// bodies: where others stay in each other, these are deeper than `contact` says.
+  bool parted(const BodyContact& contact, const Pose& X_WO) {
+    const BodyId other = contact.a == object_ ? contact.b : contact.a;
+    world_.setPose(object_, X_WO);
+    const auto deepest = world_.distance(object_, other, 0);
+    if (!deepest) return true;
+    const Eigen::Vector3d way = (contact.depth + kApart) * deepest->n_W;
+    world_.setPose(object_, Eigen::Translation3d(way) * X_WO);
+    return !world_.distance(object_, other, 0);
+  }
+
   /// O in what it should stand on, or in something else.
-  Failed inCollision(const std::vector<BodyContact>& contacts, const Pose& X_WO,
-                     const Place& place) {
+  Failed inCollision(std::vector<BodyContact> contacts, const Pose& X_WO, const Place& place) {
+    const auto up = depthBelow(X_WO);
+    BodyContact& first = contacts.front();
+    if (up && contacts.size() == 1 && *up > first.depth && !parted(first, X_WO)) first.depth = *up;
     Failed failed = *failureOf(contacts, place.in_collision, place.filter, place.text);
-    const auto depth = depthBelow(X_WO);
-    if (depth) {
+    if (up) {
       failed.explanation.text.pop_back();
-      failed.explanation.text += "; " + millimetres(*depth) + " higher it is free.";
+      failed.explanation.text += "; " + millimetres(*up) + " higher it is free.";
     }
     return failed;
   }
@@ -320,11 +337,13 @@ std::optional<Failed> checkStart(SceneChecker& checker, SceneTask& task) {
                             "start", "At the start"});
 }
 
-/// Two failures of one reason as one.
+/// Two failures of one reason as one, sums of other pairs still last.
 Failed both(Failed a, const Failed& b) {
   a.explanation.text += " " + b.explanation.text;
-  a.explanation.causes.insert(a.explanation.causes.end(), b.explanation.causes.begin(),
-                              b.explanation.causes.end());
+  std::vector<CauseCount>& causes = a.explanation.causes;
+  causes.insert(causes.end(), b.explanation.causes.begin(), b.explanation.causes.end());
+  std::stable_partition(causes.begin(), causes.end(),
+                        [](const CauseCount& cause) { return !cause.pair.first.empty(); });
   return a;
 }
 

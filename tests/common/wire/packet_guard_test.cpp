@@ -29,7 +29,7 @@ TEST(PacketGuard, LetsOrdinaryDatagramsPass) {
   EXPECT_EQ(fault({heartbeat(1, 0), statistics()}), std::nullopt);  // nothing written yet
   EXPECT_EQ(fault({gap(3, 3 + 65'536)}), std::nullopt);
   EXPECT_EQ(fault({gap(7, 7)}), std::nullopt);
-  EXPECT_EQ(fault({heartbeat(1 << 30, 1ll << 40)}), std::nullopt);
+  EXPECT_EQ(fault({heartbeat(1 << 24, 1ll << 40)}), std::nullopt);
   EXPECT_EQ(fault({data(Bytes(24), {0x70, 0, 4, 0, 1, 2, 3, 4, 1, 0, 0, 0})}), std::nullopt);
   EXPECT_EQ(fault({data({})}), std::nullopt);
   EXPECT_EQ(fault({fragment({})}), std::nullopt);
@@ -95,7 +95,59 @@ TEST(PacketGuard, ReadsBigEndianToo) {
 TEST(PacketGuard, StopsHeartbeatsOfImpossibleSamples) {
   EXPECT_EQ(fault({heartbeat(0, -1)}), PacketFault::kHeartbeat);
   EXPECT_EQ(fault({heartbeat(-1, 4)}), PacketFault::kHeartbeat);
-  EXPECT_EQ(fault({heartbeat((1 << 30) + 1, 1ll << 40)}), PacketFault::kHeartbeat);
+  EXPECT_EQ(fault({heartbeat((1 << 24) + 1, 1ll << 40)}), PacketFault::kHeartbeat);
+}
+
+/// A guard at a time of its own, and a writer's heartbeats of first sample 1 to it.
+class PacketGuardOverTime : public testing::Test {
+ protected:
+  std::optional<PacketFault> heard(std::int64_t first, const test::EntityId& writer = {0, 0, 1, 2},
+                                   const std::array<std::uint8_t, 12>& from = {}) {
+    return guard.fault(datagram({heartbeat(first, first, 1, writer)}, from), now);
+  }
+
+  PacketGuard guard;
+  PacketGuard::Clock::time_point now{};
+};
+
+TEST_F(PacketGuardOverTime, TakesAWritersFirstHeartbeatAsItIs) {
+  EXPECT_EQ(heard(1 << 24), std::nullopt);
+  EXPECT_EQ(heard((1 << 24) - 5), std::nullopt);  // overtaken by the other
+  EXPECT_EQ(heard(1 << 23, {0, 0, 2, 2}), std::nullopt);
+  EXPECT_EQ(heard((1 << 24) + 1, {0, 0, 3, 2}), PacketFault::kHeartbeat);
+}
+
+TEST_F(PacketGuardOverTime, StopsHeartbeatsFarBeyondTheirWritersLast) {
+  EXPECT_EQ(heard(1), std::nullopt);
+  EXPECT_EQ(heard(16'386), PacketFault::kHeartbeat);
+  EXPECT_EQ(heard(1 << 23), PacketFault::kHeartbeat);
+  EXPECT_EQ(heard(16'385), std::nullopt);
+  EXPECT_EQ(heard(2 * 16'384), std::nullopt);
+  EXPECT_EQ(heard(1 << 23, {0, 0, 1, 2}, {7}), std::nullopt);  // another participant's
+}
+
+TEST_F(PacketGuardOverTime, LetsAWriterBeHeardAgainAfterALongSilence) {
+  EXPECT_EQ(heard(1), std::nullopt);
+  now += std::chrono::hours(1);
+  EXPECT_EQ(heard(3'700'000), PacketFault::kHeartbeat);
+  EXPECT_EQ(heard(3'600'000), std::nullopt);
+}
+
+TEST_F(PacketGuardOverTime, KnowsInWhoseNameItIsSaid) {
+  const Bytes in_anothers_name = submessage(0x0c, Bytes(20, 9));
+  EXPECT_EQ(guard.fault(datagram({in_anothers_name, heartbeat(1, 1)}), now), std::nullopt);
+  EXPECT_EQ(guard.fault(datagram({heartbeat(1 << 20, 1 << 20)}), now), std::nullopt);
+  EXPECT_EQ(guard.fault(datagram({in_anothers_name, heartbeat(1 << 20, 1 << 20)}), now),
+            PacketFault::kHeartbeat);
+}
+
+TEST_F(PacketGuardOverTime, KeepsABoundedNumberOfWriters) {
+  for (int i = 0; i < 10'000; ++i) {
+    const auto low = static_cast<std::uint8_t>(i), high = static_cast<std::uint8_t>(i >> 8);
+    EXPECT_EQ(heard(1, {high, low, 1, 2}), std::nullopt);
+    ASSERT_LE(guard.size(), 4'096u);
+  }
+  EXPECT_GT(guard.size(), 0u);
 }
 
 TEST(PacketGuard, StopsSamplesWithoutASuccessor) {

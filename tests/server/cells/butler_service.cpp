@@ -9,7 +9,8 @@ namespace handover::test {
 
 CellService& butlerService() {
   static CellService instance(HANDOVER_SOURCE_DIR, {"butler"},
-                              HANDOVER_BINARY_DIR "/test-cache/handover", {}, false);
+                              std::filesystem::path(HANDOVER_BINARY_DIR "/test-cache/handover"), {},
+                              false);
   static const bool prepared = [] {
     instance.prepareAll(Deadline());
     return true;

@@ -121,6 +121,9 @@ TEST_P(CellServiceFailure, NamesTheFilterThatEmptied) {
   ASSERT_EQ(said.size(), 1u);
   EXPECT_EQ(said[0], (Failure{failed->reason, failed->explanation}));
   ASSERT_FALSE(failed->explanation.causes.empty());
+  if (failed->explanation.causes.front().cause == Cause::kCollision) {
+    EXPECT_FALSE(failed->explanation.causes.front().pair.second.empty());
+  }
   bool named = GetParam().culprit.empty();
   for (const auto& cause : failed->explanation.causes) {
     EXPECT_GT(cause.count, 0u);
@@ -151,6 +154,10 @@ INSTANTIATE_TEST_SUITE_P(
                  {{"objects.milk_carton.pose.xyz", "[0.47, -0.67, 0.8126]"}},
                  FailureReason::kStartInCollision,
                  "coffee_cup"},
+        Hopeless{"CartonAsLargeAsTheRoom",
+                 {{"objects.milk_carton.geometry.scale", "[60, 60, 60]"}},
+                 FailureReason::kStartInCollision,
+                 "milk_carton"},
         Hopeless{"CupFarAway",
                  {{"objects.cart_left.pose.xyz", "[-2.6, -2.35, 0.01]"},
                   {"objects.cup.pose.xyz", "[-2, -2, 0.903]"}},
@@ -292,6 +299,36 @@ TEST(CellService, AChainOfTheRequestIsHeldAgainstTheArmThatHasTheObject) {
   EXPECT_EQ(faultsOf({"crichton/right", "hubo/left"})[0].field, "chain");
   ASSERT_EQ(faultsOf({}).size(), 1u);  // the task's own chain begins with Crichton
   EXPECT_EQ(faultsOf({})[0].field, "tasks.serve.chain");
+}
+
+TEST(CellService, AHandThatIsHalfClosedAtTheStartOpensOnTheWay) {
+  std::vector<Override> closed;
+  for (const std::string finger : {"1", "2", "3"}) {
+    closed.push_back({"robots.hubo.joints.LF" + finger + "1", "0"});
+    closed.push_back({"robots.hubo.joints.LF" + finger + "2", "1.1"});
+    closed.push_back({"robots.hubo.joints.LF" + finger + "3", "1.1"});
+  }
+  const Answer answer = ask(butlerRequest(closed));
+  ASSERT_TRUE(std::holds_alternative<Done>(answer.outcome)) << answer.outcome.index();
+  const auto stages = answer.all<StageTrajectory>();
+  const auto reach = std::find_if(stages.begin(), stages.end(), [](const StageTrajectory& stage) {
+    return stage.holder == 1 && stage.action == StageAction::kReach;
+  });
+  ASSERT_NE(reach, stages.end());
+  EXPECT_THAT(reach->joints, testing::IsSupersetOf({"LF11", "LF12", "LF13"}));
+}
+
+TEST(CellService, AnArmSaidToHoldTheObjectThatHoldsSomethingElseIsNamedSo) {
+  PlanRequest request = butlerRequest({{"tasks.serve.start", "{held_by: hubo/right}"}});
+  request.chain = {"hubo/right", "crichton"};
+  request.wants_fix = false;
+  const Answer answer = ask(request);
+  const auto* failed = std::get_if<Failed>(&answer.outcome);
+  ASSERT_NE(failed, nullptr) << answer.outcome.index();
+  EXPECT_EQ(failed->reason, FailureReason::kNoGrasp);
+  EXPECT_EQ(failed->explanation.text, "hubo/right cannot hold cup at the start: it holds tray.");
+  EXPECT_EQ(failed->explanation.causes,
+            (std::vector<CauseCount>{{Cause::kHoldsObject, {"hubo/right", "tray"}, {}, 1}}));
 }
 
 TEST(CellService, CancelledBeforehandSaysSo) {

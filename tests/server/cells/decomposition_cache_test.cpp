@@ -119,7 +119,7 @@ TEST_F(PartsCacheTest, MakesEachOnceWhenForced) {
 }
 
 TEST_F(PartsCacheTest, KeepsNothingWithoutAFolder) {
-  const DecompositionCache cache("", false);
+  const DecompositionCache cache(std::filesystem::path(), false);
   EXPECT_EQ(cache(mesh_)->size(), 2u);
 }
 

@@ -38,8 +38,11 @@ class NearestFixOfACell : public testing::Test {
     throw std::runtime_error("no scene");
   }
 
-  CellService service_{
-      HANDOVER_SOURCE_DIR, {"butler"}, HANDOVER_BINARY_DIR "/test-cache/handover", {}, false};
+  CellService service_{HANDOVER_SOURCE_DIR,
+                       {"butler"},
+                       std::filesystem::path(HANDOVER_BINARY_DIR "/test-cache/handover"),
+                       {},
+                       false};
   test::Recorder recorder_;
 };
 

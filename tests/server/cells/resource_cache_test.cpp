@@ -46,7 +46,7 @@ TEST(ResourceCache, ReadsWhatAnotherWrote) {
 }
 
 TEST(ResourceCache, KinematicsAreThoseOfTheModelThatIsThere) {
-  ResourceCache cache("", {}, false);
+  ResourceCache cache(std::filesystem::path(), {}, false);
   for (int i = 0; i < 20; ++i) {  // at the same place in memory, as it may come
     const auto model = std::make_shared<const RobotModel>(i % 2 == 0 ? planarArm() : sixAxisArm());
     const auto kinematics = cache.kinematics(model, ArmId(0));

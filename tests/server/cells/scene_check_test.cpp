@@ -32,7 +32,7 @@ std::vector<SceneFinding> findingsWith(const std::string& word, const std::strin
   const auto file = folder.path() / "changed.yaml";
   std::ofstream(file) << cell;
   CellService service(HANDOVER_SOURCE_DIR, {file.string()},
-                      HANDOVER_BINARY_DIR "/test-cache/handover", {}, false);
+                      std::filesystem::path(HANDOVER_BINARY_DIR "/test-cache/handover"), {}, false);
   return sceneFindings(service, "butler", Deadline());
 }
 

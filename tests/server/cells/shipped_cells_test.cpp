@@ -35,7 +35,8 @@ CellService& service() {
   static CellService instance = [] {
     std::vector<std::string> names;
     for (const ShippedCell& cell : kCells) names.emplace_back(cell.name);
-    return CellService(HANDOVER_SOURCE_DIR, names, HANDOVER_BINARY_DIR "/test-cache/handover", {},
+    return CellService(HANDOVER_SOURCE_DIR, names,
+                       std::filesystem::path(HANDOVER_BINARY_DIR "/test-cache/handover"), {},
                        false);
   }();
   static const bool prepared = [] {

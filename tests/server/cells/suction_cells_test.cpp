@@ -16,7 +16,8 @@ namespace {
 const std::string kRoot = HANDOVER_SOURCE_DIR "/tests/support";
 
 CellService& service() {
-  static CellService instance(kRoot, {"suction"}, HANDOVER_BINARY_DIR "/test-cache/handover", {},
+  static CellService instance(kRoot, {"suction"},
+                              std::filesystem::path(HANDOVER_BINARY_DIR "/test-cache/handover"), {},
                               false);
   static const bool prepared = [] {
     instance.prepareAll(Deadline());

@@ -6,11 +6,16 @@
 
 #include <handover/client/client.hpp>
 
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <deque>
+#include <mutex>
+#include <set>
 #include <thread>
 
 namespace handover::test {
@@ -22,6 +27,26 @@ using client::ClientError;
 constexpr AnswerId kOne{1}, kTwo{2};
 
 class ClientAnswers : public WireDaemonTest {};
+
+/// A UDP port that nobody else gets.
+class TakenPort {
+ public:
+  explicit TakenPort(int port) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+  }
+
+  ~TakenPort() { close(socket_); }
+
+  TakenPort(const TakenPort&) = delete;
+  TakenPort& operator=(const TakenPort&) = delete;
+
+ private:
+  const int socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+};
 
 TEST_F(ClientAnswers, AreRejectionsForAnIdThatWasAnswered) {
   start();
@@ -268,6 +293,37 @@ TEST_F(ClientAnswers, AreStillThereAfterThousandsOfRequestsAndCancels) {
     ASSERT_TRUE(handle.waitFor(20s)) << i;
     ASSERT_EQ(handle.wait(), Outcome{Cancelled{CancelCause::kAsked}});
   }
+}
+
+TEST_F(ClientAnswers, ComeFromADaemonThatJoinsAfterManyOthers) {
+  // As many have the first places, which are ports of the machine.
+  std::deque<TakenPort> others;
+  for (int i = 0; i < 35; ++i) others.emplace_back(7410 + 250 * domain + 2 * i);
+  start();
+  Client client({.domain = domain, .client_id = {}, .wait = 20s});
+  EXPECT_TRUE(std::holds_alternative<Done>(client.plan(scripted("answer")).wait()));
+}
+
+TEST_F(ClientAnswers, GoOnWhenTheStatusHasANewWriter) {
+  wire::Participant listening({.domain = domain, .name = "listening", .on_writer = {}});
+  std::mutex mutex;
+  std::set<wire::Guid> writers;
+  const wire::Reader<msg::DaemonStatus> statuses(listening, {}, [&](const auto& sample) {
+    const std::lock_guard lock(mutex);
+    writers.insert(sample.writer);
+  });
+  start({}, {.statuses = 3});
+  Client client({.domain = domain, .client_id = {}, .wait = 20s});
+  const auto until = std::chrono::steady_clock::now() + 20s;
+  const auto seen = [&] {
+    const std::lock_guard lock(mutex);
+    return writers.size();
+  };
+  for (; seen() < 4 && std::chrono::steady_clock::now() < until;) {
+    EXPECT_TRUE(std::holds_alternative<Done>(client.plan(scripted("answer")).wait()));
+    EXPECT_EQ(client.daemons().size(), 1u);
+  }
+  EXPECT_GE(seen(), 4u);
 }
 
 TEST_F(ClientAnswers, OfStatusesComeAtOnce) {

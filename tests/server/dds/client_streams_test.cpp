@@ -8,6 +8,7 @@
 #include <handover/client/client.hpp>
 
 #include <gmock/gmock.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <deque>
@@ -121,6 +122,21 @@ TEST_F(ClientStreams, AreMadeAheadForAFewOnly) {
   Client client({.domain = domain, .client_id = {}, .wait = 20s});
   EXPECT_LT(mostTake(client, 3), 5);
   EXPECT_LE(status().clients, 66u);
+}
+
+TEST_F(ClientStreams, EndARequestOfAClientThatSleptUntilItsAnswerWasForgotten) {
+  start({}, {.retention = 1s});
+  Process plan({HANDOVER_BINARY_DIR "/bin/handoverctl", "plan", "--cell", "script", "--task",
+                "hold", "--domain", std::to_string(domain)});
+  ASSERT_TRUE(plan.waitForOutput("arms"));
+  plan.signal(SIGSTOP);
+  // Its lease of 3 s ends, which cancels the request; the retention, and with it the answer.
+  EXPECT_TRUE(holdsWithin(20s, [&] { return status().counters.cancelled == 1; }));
+  std::this_thread::sleep_for(3s);
+  plan.signal(SIGCONT);
+  const auto code = plan.wait(60s);
+  ASSERT_TRUE(code) << "still waits";
+  EXPECT_TRUE(*code == 11 || *code == 12 || *code == 13) << *code << plan.err();
 }
 
 TEST_F(ClientStreams, RejectAnIdThatIsBeingAnsweredToAnotherClient) {

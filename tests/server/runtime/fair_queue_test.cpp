@@ -59,6 +59,26 @@ TEST(FairQueue, LetsTheClientWithFewerRunningGoFirst) {
   EXPECT_EQ(queue.pop(), "b");
 }
 
+TEST(FairQueue, TellsHowManyGoBeforeANewOne) {
+  FairQueue<std::string> queue;
+  EXPECT_EQ(queue.ahead("b"), 0u);
+  for (int i = 0; i < 9; ++i) queue.push("a", i, "a");
+  EXPECT_EQ(queue.ahead("a"), 9u);
+  for (int i = 0; i < 4; ++i) {
+    // What is said is what is served.
+    FairQueue<std::string> told = queue;
+    const std::size_t ahead = told.ahead("b");
+    told.push("b", 100, "new");
+    std::vector<std::string> order;
+    while (!told.empty()) {
+      order.push_back(told.pop());
+      told.finished(order.back() == "a" ? "a" : "b", 1);
+    }
+    EXPECT_EQ(order.at(ahead), "new") << i;
+    queue.push("b", i, "b");
+  }
+}
+
 TEST(FairQueue, GivesOutWhatIsAskedFor) {
   FairQueue<std::string> queue;
   queue.push("a", 0, "x");

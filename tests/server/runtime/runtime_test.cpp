@@ -300,6 +300,8 @@ TEST_F(RuntimeTest, AClientTakesTurnsWithOneThatHasManyRequests) {
   EXPECT_TRUE(is<Done>(endpoint.outcome(other.id)));
   for (const auto& r : many) EXPECT_TRUE(is<Done>(endpoint.outcome(r.id)));
   EXPECT_EQ(service.order.at(1), other.id);  // next after the one that ran as it came
+  EXPECT_EQ(std::get<Accepted>(endpoint.events(other.id).at(0).payload).queue_place, 1u);
+  EXPECT_EQ(std::get<Accepted>(endpoint.events(many[19].id).at(0).payload).queue_place, 20u);
 }
 
 TEST_F(RuntimeTest, AClientsWaitingRequestsAreLimitedAndItIsToldSo) {
@@ -413,6 +415,20 @@ TEST_F(RuntimeTest, RejectsUnknownCellsWhenItsIdIsLowest) {
   EXPECT_EQ(std::get<Rejected>(*outcome).faults.at(0).field, "cell");
 }
 
+TEST_F(RuntimeTest, NamesTheNearestCellOfAllDaemonsForOneThatNobodyServes) {
+  start();
+  endpoint.announceOther({.id = {10}, .cells = {{"stool", {}, 1}}});
+  for (const auto& [asked, nearest] : {std::pair("butlr", "butler"), std::pair("stol", "stool")}) {
+    auto r = request();
+    r.cell = asked;
+    const auto outcome = endpoint.outcome(send(r).id);
+    ASSERT_TRUE(is<Rejected>(outcome));
+    EXPECT_EQ(std::get<Rejected>(*outcome).faults.at(0).message,
+              std::string("no daemon serves a cell named '") + asked +
+                  "'; the nearest known one is '" + nearest + "'");
+  }
+}
+
 TEST_F(RuntimeTest, LeavesUnknownCellsToTheLowestIdAndCellsToThoseThatServeThem) {
   start();
   endpoint.announceOther({.id = {10}, .cells = {{"stool", {}, 1}}});
@@ -437,6 +453,19 @@ TEST_F(RuntimeTest, RejectsInvalidRequestsWithEveryFault) {
   const auto outcome = endpoint.outcome(id);
   ASSERT_TRUE(is<Rejected>(outcome));
   EXPECT_EQ(std::get<Rejected>(*outcome), (Rejected{RejectionReason::kBadRequest, faults}));
+}
+
+TEST_F(RuntimeTest, LeavesInvalidRequestsToTheLowestId) {
+  start();
+  const RequestId first = RequestId::random(), second = RequestId::random();
+  endpoint.announceOther({.id = {10}});
+  endpoint.sendInvalid(first, "test", {{"a", "x"}});
+  EXPECT_TRUE(is<Rejected>(endpoint.outcome(first)));
+  endpoint.announceOther({.id = {1}});
+  endpoint.sendInvalid(second, "test", {{"a", "x"}});
+  const auto ours = send(request());
+  EXPECT_TRUE(is<Done>(endpoint.outcome(ours.id)));
+  EXPECT_TRUE(endpoint.events(second).empty());
 }
 
 TEST_F(RuntimeTest, ALineTellsWhatARequestAskedAndHowItEnded) {
@@ -532,6 +561,24 @@ TEST_F(RuntimeTest, ARequestIsCancelledWhileWhatItNeedsIsMade) {
   const auto outcome = endpoint.outcome(send(late).id);
   ASSERT_TRUE(is<Failed>(outcome));
   EXPECT_EQ(std::get<Failed>(*outcome).reason, FailureReason::kDeadline);
+}
+
+TEST_F(RuntimeTest, ARequestCancelledWhileInNoQueueHasNotMissedADeadline) {
+  start();
+  service.holding_prepare = true;
+  PlanRequest needy = request();
+  needy.object = "new";
+  send(needy);
+  ASSERT_TRUE(waitForEvents(needy.id, 1));
+  ASSERT_TRUE(endpoint.waitForStatus(
+      [](const DaemonStatus& s) { return s.queued == 1 && s.running == 0; }));
+  service.holding_plans = true;
+  const PlanRequest busy = send(request());  // keeps the worker from what comes back
+  ASSERT_TRUE(waitForEvents(busy.id, 2));
+  endpoint.cancel(needy.id);
+  EXPECT_TRUE(is<Cancelled>(endpoint.outcome(needy.id)));
+  EXPECT_FALSE(std::holds_alternative<Outcome>(endpoint.events(busy.id).back().payload));
+  service.release();
 }
 
 TEST_F(RuntimeTest, WhatCannotBeMadeFailsItsRequestOnly) {

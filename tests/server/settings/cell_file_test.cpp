@@ -305,6 +305,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadCell{"task_start_frame", "start: {xyz", "start: {frame: desk, xyz",
                 "37: tasks.fetch.start.frame: 'desk' is neither world, an object, a robot nor "
                 "robot/link; the nearest known one is 'left'"},
+        BadCell{"held_by_arm", "start: {xyz: [1.5, 0, 0.5]}", "start: {held_by: left/amr}",
+                "37: tasks.fetch.start.held_by: robot 'left' has no arm 'amr'; the nearest known "
+                "one is 'arm'"},
+        BadCell{"held_by_robot", "start: {xyz: [1.5, 0, 0.5]}", "start: {held_by: left}",
+                "37: tasks.fetch.start.held_by: must name the arm: robot/arm"},
         BadCell{"task_goal_link", "frame: left/palm", "frame: left/fist",
                 "38: tasks.fetch.goal.frame: link 'fist' is not in robot 'tiny'; the nearest known "
                 "one is 'base'"},

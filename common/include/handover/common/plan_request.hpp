@@ -48,6 +48,9 @@ struct Override {
 /// In a request's chain, alone: the planner chooses the holders.
 inline constexpr const char* kAutoChain = "auto";
 
+/// A deadline from here on is none [s]: clocks would overflow on absurd ones.
+inline constexpr double kLongestDeadline = 86'400;
+
 /// One transport, as a client asks for it.
 struct PlanRequest {
   RequestId id;
@@ -66,7 +69,7 @@ struct PlanRequest {
   SearchWidth search = SearchWidth::kWide;
   Objective objective = Objective::kUnspecified;  ///< unspecified: the task's, else the default
   std::uint64_t seed = 1;
-  std::optional<double> deadline_s;  ///< from the daemon's acceptance
+  std::optional<double> deadline_s;  ///< from the daemon's acceptance; see kLongestDeadline
   double speed_scale = 1.0;          ///< in (0, 1]: slows the timing, not the path
   double slack_s = 0;                ///< lateness of each stage that the plan tolerates [s]
   bool wants_fix = true;             ///< of a failure: what would help is sought
