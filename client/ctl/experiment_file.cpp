@@ -17,6 +17,8 @@ namespace {
 
 using client::Json;
 
+constexpr double kMostClearance = 0.05;  // more is not told (design §5, Quality) [m]
+
 constexpr PaperRow kPaper[] = {{"butler", "II", 2.31, 32.36, 39.77, 16.64},
                                {"butler_left", "II", 2.31, 32.36, 39.77, 16.64},
                                {"stool", "III", 4.62, 56.87, 143.28, 89.49},
@@ -177,13 +179,61 @@ void printMeans(std::ostream& out, const ExperimentRecord& experiment) {
       paper->table);
 }
 
-void printClearances(std::ostream& out, const ExperimentRecord& experiment) {
-  for (const char* between : {"furniture", "robots"}) {
-    std::vector<double> sample = clearances(experiment, between);
-    if (sample.empty()) continue;
+/// A figure of a plan's quality as the table shows it.
+struct QualityRow {
+  const char* what;
+  bool more_is_worse;
+  std::function<double(const Quality&)> value;
+};
+
+double overBound(const Quality& quality) {
+  return quality.bound_s > 0 ? quality.duration_s / quality.bound_s : 1;
+}
+
+double weakestGrip(const Quality& quality) {
+  double least = 1;
+  for (const GripQuality& grip : quality.grip) least = std::min(least, grip.of_best);
+  return least;
+}
+
+std::function<double(const Quality&)> clearanceOf(const std::string& between) {
+  return [between](const Quality& quality) {
+    double least = kMostClearance;
+    for (const ClearanceQuality& it : quality.clearance) {
+      if (it.between == between) least = std::min(least, it.least_m);
+    }
+    return 1e3 * least;
+  };
+}
+
+std::vector<QualityRow> qualityRows() {
+  const auto turn = [](const Quality& q) { return q.object_turn_deg[0] - q.object_turn_deg[1]; };
+  return {{"duration [s]", true, [](const Quality& q) { return q.duration_s; }},
+          {"duration / bound", true, overBound},
+          {"object under way [s]", true, [](const Quality& q) { return q.object_s; }},
+          {"clearance, furniture [mm]", false, clearanceOf("furniture")},
+          {"clearance, robots [mm]", false, clearanceOf("robots")},
+          {"clearance, object [mm]", false, clearanceOf("object")},
+          {"weaker grip, of its best", false, weakestGrip},
+          {"tilt beyond the ends [deg]", true, [](const Quality& q) { return q.tilt_deg; }},
+          {"turn beyond the least [deg]", true, turn},
+          {"limit margin", false, [](const Quality& q) { return q.limit_margin; }},
+          {"jerk, of its limit", true, [](const Quality& q) { return q.jerk_share; }}};
+}
+
+void printQuality(std::ostream& out, const ExperimentRecord& experiment) {
+  bool headed = false;
+  for (const QualityRow& row : qualityRows()) {
+    std::vector<double> sample =
+        sampleOf(experiment, [&row](const RunRecord& run) -> std::optional<double> {
+          return run.quality ? std::optional(row.value(*run.quality)) : std::nullopt;
+        });
+    if (sample.empty()) return;
+    if (!headed) out << fmt::format("\n  {:<28}{:>10}{:>10}\n", "quality", "median", "worst");
+    headed = true;
     std::sort(sample.begin(), sample.end());
-    out << fmt::format("  clearance of {} [mm]: median {:.1f}, least {:.1f}\n", between,
-                       1e3 * quantile(sample, 0.5), 1e3 * sample.front());
+    out << fmt::format("  {:<28}{:>10.2f}{:>10.2f}\n", row.what, quantile(sample, 0.5),
+                       row.more_is_worse ? sample.back() : sample.front());
   }
 }
 
@@ -310,9 +360,6 @@ Json summaryOf(const ExperimentRecord& experiment) {
   const auto of_quality = [&experiment](double (*value)(const Quality&)) {
     return toJson(qualitySpread(experiment, value));
   };
-  const auto over_bound = [](const Quality& q) {
-    return q.bound_s > 0 ? q.duration_s / q.bound_s : 1;
-  };
   const Means means = meansOf(experiment);
   return {{"runs", experiment.runs.size()},
           {"solved", solvedRuns(experiment)},
@@ -322,7 +369,7 @@ Json summaryOf(const ExperimentRecord& experiment) {
           {"first_plan_s", toJson(firstPlanTimes(experiment))},
           {"duration_s", of_quality([](const Quality& q) { return q.duration_s; })},
           {"object_s", of_quality([](const Quality& q) { return q.object_s; })},
-          {"duration_over_bound", of_quality(over_bound)},
+          {"duration_over_bound", of_quality(overBound)},
           {"clearance_furniture_m", clearanceJson(clearances(experiment, "furniture"))},
           {"clearance_robots_m", clearanceJson(clearances(experiment, "robots"))},
           {"grasps_giver_mean", orNull(means.grasps_giver)},
@@ -357,9 +404,7 @@ void printTable(std::ostream& out, const ExperimentRecord& experiment) {
   printSpread(out, "to the outcome", planningTimes(experiment));
   printSpread(out, "to the first plan", firstPlanTimes(experiment));
   printSpread(out, "to the reason of a failure", failureTimes(experiment));
-  printSpread(out, "of the plan's motion",
-              qualitySpread(experiment, [](const Quality& q) { return q.duration_s; }));
-  printClearances(out, experiment);
+  printQuality(out, experiment);
   for (const auto& [pair, count] : touchedPairs(experiment)) {
     out << fmt::format("\n  drawn again {} x, the start touches: {} - {}", count, pair.first,
                        pair.second);

@@ -61,15 +61,29 @@ std::string saved(const client::MotionTime& time) {
   return fmt::format(", {:.2f} s less than one stage after the other", time.overlap_saves_s);
 }
 
+std::string clearanceText(const ClearanceQuality& clearance) {
+  const auto& [first, second] = clearance.pair;
+  const bool far = first.empty() && second.empty();
+  std::string text = fmt::format("{} {}{:.0f} mm", printable(clearance.between), far ? "over " : "",
+                                 1e3 * clearance.least_m);
+  if (!far) text += " (" + printable(first) + " - " + printable(second) + ")";
+  return text;
+}
+
+/// The main figures, in two lines.
 void printQuality(std::ostream& out, const Quality& quality) {
-  out << fmt::format("{:>12}  cost {:.2f}, duration {:.2f} s of at least {:.2f} s, tilt {:.1f} deg",
-                     "", quality.cost, quality.duration_s, quality.bound_s, quality.tilt_deg);
-  for (const ClearanceQuality& clearance : quality.clearance) {
-    const bool far = clearance.pair == NamePair{};
-    out << fmt::format(", clearance of {} {}{:.0f} mm", clearance.between, far ? "over " : "",
-                       1e3 * clearance.least_m);
+  out << fmt::format("{:>12}  at least {:.2f} s, object under way {:.2f} s; grip", "",
+                     quality.bound_s, quality.object_s);
+  for (const GripQuality& grip : quality.grip) {
+    out << fmt::format("{} {:.0f} %", grip.holder == 0 ? "" : ",", 1e2 * grip.of_best);
   }
-  out << "\n";
+  out << fmt::format(" of the best; tilt {:.1f} deg, turn {:.0f} of {:.0f} deg\n", quality.tilt_deg,
+                     quality.object_turn_deg[0], quality.object_turn_deg[1]);
+  std::string between;
+  for (const ClearanceQuality& clearance : quality.clearance) {
+    between += (between.empty() ? "" : ", ") + clearanceText(clearance);
+  }
+  out << fmt::format("{:>12}  clearance: {}\n", "", between);
 }
 
 }  // namespace

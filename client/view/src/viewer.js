@@ -3,13 +3,14 @@
 import * as THREE from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 
-import {Cell, MARKERS} from './cell.js';
-import {element, find, swatch} from './dom.js';
+import {Cell, MARKERS, matrixOf} from './cell.js';
+import {element, find, swatch, table} from './dom.js';
 import {Failure, farthestText} from './failure.js';
 import {FailureScene} from './failure_scene.js';
 import {armOf, coloursOf, labelOf, titleOf} from './holders.js';
 import {durationOf, Motion} from './motion.js';
 import {Plot} from './plot.js';
+import {LeanCurve, qualityRows} from './quality.js';
 import {Timeline} from './timeline.js';
 import {armsTried} from './workspaces.js';
 
@@ -70,11 +71,14 @@ class Viewer {
   showPlan() {
     this.plot = new Plot(find('plot'), find('legend'));
     this.timeline = new Timeline(find('timeline'), this.plan, this.duration, (time) => this.setTime(time));
-    const points = [], steps = 400;
+    const points = [], leans = [], steps = 400;
     for (let i = 0; i <= steps; ++i) {
-      points.push(new THREE.Vector3().setFromMatrixPosition(this.cell.setTime(this.duration * i / steps).matrix));
+      const {matrix} = this.cell.setTime(this.duration * i / steps);
+      points.push(new THREE.Vector3().setFromMatrixPosition(matrix));
+      leans.push(this.leanOf(matrix));
     }
     this.cell.setTrace(points);
+    this.showQuality(leans);
     const colours = coloursOf(this.plan.holders);
     this.plan.holders.forEach((holder, k) => {
       const {take, give} = holder.dexterity, item = element('li');
@@ -82,6 +86,21 @@ class Viewer {
                   element('span', `${holder.gripper}; dexterity ${take.toFixed(4)} taking, ${give.toFixed(4)} giving`));
       find('holders').append(item);
     });
+  }
+
+  /** Angle of the object's axis to the vertical [deg]. */
+  leanOf(matrix) {
+    const axis = new THREE.Vector3(...(this.scene.upright?.axis ?? [0, 0, 1])).transformDirection(matrix);
+    return THREE.MathUtils.radToDeg(axis.angleTo(new THREE.Vector3(0, 0, 1)));
+  }
+
+  showQuality(leans) {
+    const {quality} = this.file, {start, goal} = this.scene;
+    find('quality-part').toggleAttribute('hidden', !quality);
+    if (quality) table(find('quality'), [], qualityRows(quality, this.plan), 1);
+    const ends = Math.max(...[start.X_WO, goal.X_WO].map((pose) => this.leanOf(matrixOf(pose))));
+    find('lean-name').textContent = `The ${this.scene.object}'s lean`;
+    this.lean = new LeanCurve(find('lean'), leans, ends, this.duration);
   }
 
   showFailure() {
@@ -106,14 +125,8 @@ class Viewer {
   }
 
   planRows() {
-    const {plan, file: {quality, timing, complete}} = this;
+    const {plan, file: {timing, complete}} = this;
     const rows = [['motion', `${this.duration.toFixed(1)} s, ${plan.stages.length} stages`], ['slack', `${plan.slack_s} s`]];
-    if (quality) {
-      const least = quality.clearance.filter(({pair}) => pair).sort((a, b) => a.least_m - b.least_m)[0];
-      rows.push(['shortest possible', `${quality.bound_s.toFixed(1)} s`], ['object under way', `${quality.object_s.toFixed(1)} s`],
-                ['least clearance', least ? `${(1000 * least.least_m).toFixed(0)} mm` : 'over 50 mm'],
-                ['tilt', `${quality.tilt_deg.toFixed(1)}°`], ['cost', quality.cost.toFixed(2)]);
-    }
     if (timing?.total_s !== undefined) rows.push(['planned in', `${(1000 * timing.total_s).toFixed(1)} ms`]);
     if (!complete) rows.push(['search', 'ended by its deadline']);
     return rows;
@@ -240,6 +253,7 @@ class Viewer {
     const {plan, motion, time} = this;
     const running = motion.runningAt(time), stage = running.at(-1) ?? motion.begunAt(time);
     this.timeline.setTime(time, running);
+    this.lean.setTime(time);
     find('scrub').value = time;
     find('clock').textContent = `${time.toFixed(2)} / ${this.duration.toFixed(2)} s`;
     find('stage-name').textContent = running.length > 0 ? running.map((entry) => labelOf(plan, entry)).join(' + ') : 'all stand still';

@@ -139,6 +139,7 @@ TransportPlan assemblePlan(const TransportProblem& problem, CollisionContext& co
   for (const Pose& X_WH : path.X_WH) plan.solution.X_WO_handovers.push_back(toValue(X_WH));
   plan.solution.stage_count = static_cast<std::uint32_t>(timed.size());
   plan.solution.quality = qualityOf(problem, path, timed, schedule);
+  plan.solution.quality->cost = plan.solution.cost;
 
   const bool held = problem.task.held_by.has_value();
   PlanTimes times = timesOf(timed, schedule, path.holders.size());

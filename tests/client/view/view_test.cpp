@@ -357,6 +357,18 @@ TEST_F(View, ShowsAPlanOfOneHolderThatHasTheObjectForGood) {
   EXPECT_THAT(seen["text"].get<std::string>(), HasSubstr("ended by its deadline"));
 }
 
+TEST_F(View, ShowsWhatAPlanIsLike) {
+  const Json seen = browse(cell_.plan(), {0.0, 3.0});
+  EXPECT_EQ(seen["error"], "");
+  EXPECT_THAT(seen["messages"], IsEmpty());
+  const std::string text = seen["text"];
+  for (const char* told :
+       {"7.5 s at least", "6.3 s", "over 50 mm", "31 mm", "duo/l_palm – duo/r_palm", "12 mm",
+        "box – ball", "90.0° from start to goal", "The box's lean"}) {
+    EXPECT_THAT(text, HasSubstr(told));
+  }
+}
+
 class Recording : public View {
  protected:
   Json read(const Json& plan) const {
