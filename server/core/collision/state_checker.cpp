@@ -252,9 +252,29 @@ void StateChecker::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
   seen_changes_ = world_->changes();
 }
 
+const MovingBody* StateChecker::tilting() const {
+  if (!setup_.held || !setup_.held->tilt) return nullptr;
+  const int held = moving_index_[world_->scene().objectBody(setup_.held->object)];
+  return held < 0 ? nullptr : &moving_bodies_[static_cast<std::size_t>(held)];
+}
+
 bool StateChecker::valid(const Eigen::Ref<const Eigen::VectorXd>& q) {
   place(q);
-  return world_->isFree(pairs_);
+  const MovingBody* held = tilting();
+  if (held != nullptr && !setup_.held->tilt->keeps(groups_.pose(held->group) * held->X_GB)) {
+    ++tilted_;
+    return false;
+  }
+  const bool free = world_->isFree(pairs_);
+  touched_ += free ? 0 : 1;
+  return free;
+}
+
+bool StateChecker::keepsTilt(const JointMotion& motion, double from, double to) {
+  if (stale_ || seen_changes_ != world_->changes()) activate();
+  const MovingBody* held = tilting();
+  return held == nullptr || handover::keepsTilt(groups_, held->group, held->X_GB.linear(),
+                                                *setup_.held->tilt, motion, from, to);
 }
 
 std::optional<BodyContact> StateChecker::hit(const Eigen::Ref<const Eigen::VectorXd>& q) {
@@ -275,7 +295,13 @@ bool StateChecker::freeAlong(const JointMotion& motion, double from, double to,
 
 bool StateChecker::isMotionFree(const JointMotion& motion, double from, double to,
                                 const Clearance& clearance) {
-  return freeAlong(motion, from, to, clearance, nullptr);
+  if (!keepsTilt(motion, from, to)) {
+    ++tilted_;
+    return false;
+  }
+  const bool free = freeAlong(motion, from, to, clearance, nullptr);
+  touched_ += free ? 0 : 1;
+  return free;
 }
 
 std::optional<BodyContact> StateChecker::hitAlong(const JointMotion& motion, double from, double to,

@@ -429,6 +429,10 @@ bool ChainSearch::tryPose(std::size_t handover, Node& node, const Pose& X_WH,
   const int grasp = node.give->grasp;
   if (!counted() && handover + 2 == holders() && failed_places_.contains(grasp)) return false;
   ++counts.poses_tried;
+  if (const auto& tilt = motions_.context().tilt(); tilt && !tilt->keeps(X_WH)) {
+    rejects_.add(Cause::kTilt);
+    return false;
+  }
   if (const auto meet = motions_.handsInTheWay(handover, grasp, takesOf(handover))) {
     const CollisionScene& bodies = *state_.problem.collision;
     rejects_.add(Cause::kCollision, {bodies.name(meet->first), bodies.name(meet->second)});
@@ -532,14 +536,18 @@ bool ChainSearch::connectFirst(TransportTuple tuple, const PrunedGrasps& give) {
 namespace {
 
 /// The pose of the object at a handover, for the receiver's grasp.
-/// @param object_on_point  the object is on the lattice point, as the paper has it; else the tool.
+/// @param object_on_point  the object is on the lattice point, as the paper has it; else the tool,
+/// about which it is turned back to its limit.
 Pose handoverPose(const Manipulator& giver, const Manipulator& receiver, const Grasp& grasp,
                   const Pose& X_WO_give, const Eigen::Vector3d& p_W, const ApproachOffset& offset,
-                  bool object_on_point) {
+                  bool object_on_point, const std::optional<TiltLimit>& tilt) {
   const Pose X_WT_give = X_WO_give * grasp.X_OT;
   Pose X_WT = Pose::Identity();
   X_WT.linear() = handoverRotation(X_WT_give.linear(), receiver.arm_model->approach_axis,
                                    giver.map.p_WShoulder, receiver.map.p_WShoulder, offset);
+  if (!object_on_point && tilt) {
+    X_WT.linear() = tilt->turnWithin((X_WT * grasp.X_OT.inverse()).linear()) * X_WT.linear();
+  }
   if (!object_on_point) X_WT.translation() = p_W;
   Pose X_WH = X_WT * grasp.X_OT.inverse();
   if (object_on_point) X_WH.translation() = p_W;
@@ -570,7 +578,7 @@ bool ChainSearch::searchInner(std::size_t handover, Node& node) {
       ++state_.counts.poses_asked;
       ++inner_poses_;
       const Pose X_WH = handoverPose(at(handover), at(handover + 1), grasp, node.X_WO_give,
-                                     points[point].p_W, offset, false);
+                                     points[point].p_W, offset, false, motions_.context().tilt());
       if (tryPose(handover, node, X_WH, counts)) return true;
       if (back_to_) return false;
     }
@@ -598,9 +606,9 @@ bool ChainSearch::tryCandidate(SearchTier tier, const Candidate& candidate,
       state_.problem.task.X_WO_goal,
       &receivers};
   node.tuple.holders.back().give = *candidate.place;
-  const Pose X_WH =
-      handoverPose(at(handover), at(handover + 1), at(handover + 1).grasp(place), node.X_WO_give,
-                   candidate.p_W, candidate.offset, tier == SearchTier::kPaper);
+  const Pose X_WH = handoverPose(at(handover), at(handover + 1), at(handover + 1).grasp(place),
+                                 node.X_WO_give, candidate.p_W, candidate.offset,
+                                 tier == SearchTier::kPaper, motions_.context().tilt());
   point_ = candidate.p_W;
   const bool solved = tryPose(handover, node, X_WH, counts);
   back_to_.reset();

@@ -404,7 +404,7 @@ ArmVector TransportMotions::giveConfiguration(std::size_t holder, const Motions&
 
 std::optional<JointPath> TransportMotions::carryPath(std::size_t holder,
                                                      const TransportTuple& tuple,
-                                                     const Motions& motions) {
+                                                     const Motions& motions, Cause& cause) {
   const Manipulator& arm = at(holder);
   const HolderGrasp& grasp = tuple.holders[holder];
   const bool lifted = holder == 0 && motions.pick != nullptr;
@@ -416,7 +416,9 @@ std::optional<JointPath> TransportMotions::carryPath(std::size_t holder,
   const CellState state =
       holding(stateBefore(holder, tuple), arm, arm.grasp(grasp.take.grasp), from);
   StateChecker checker = context_.makeForArm(state, arm, contactsOf(holder, kCarry));
-  return free_motion_.solve(arm, from, to, checker, seedFor(holder, kCarry, grasp.give.grasp));
+  auto path = free_motion_.solve(arm, from, to, checker, seedFor(holder, kCarry, grasp.give.grasp));
+  cause = checker.tilted() > checker.touched() ? Cause::kTilt : Cause::kNoPath;
+  return path;
 }
 
 std::optional<JointPath> TransportMotions::reachPath(std::size_t holder,
@@ -458,12 +460,15 @@ std::optional<JointPath> TransportMotions::homePath(std::size_t holder, const Tr
                             seedFor(holder, kHome, grasp), known);
 }
 
-bool TransportMotions::knownToFail(const TransportTuple& tuple, const Motions& motions) const {
-  if (last() == 0) return false;
+const TransportMotions::FailedCarry* TransportMotions::knownToFail(const TransportTuple& tuple,
+                                                                   const Motions& motions) const {
+  if (last() == 0) return nullptr;
   const ArmVector q = takeConfiguration(last(), motions);
-  return std::any_of(failed_carries_.begin(), failed_carries_.end(), [&](const FailedCarry& it) {
-    return it.place == tuple.holders.back().give.grasp && it.q == q;
-  });
+  const auto found =
+      std::find_if(failed_carries_.begin(), failed_carries_.end(), [&](const FailedCarry& it) {
+        return it.place == tuple.holders.back().give.grasp && it.q == q;
+      });
+  return found == failed_carries_.end() ? nullptr : &*found;
 }
 
 /// What fails most and costs least to find out comes first.
@@ -490,16 +495,19 @@ std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple&
   // The last holder carries it away when the giver is back, whatever comes before. A carry that was
   // not found is not sought again: with another grasp the giver's hand, at home, is only opened
   // otherwise.
-  if (knownToFail(tuple, motions)) return failure(last(), kCarry);
+  if (const auto* failed = knownToFail(tuple, motions)) {
+    return failure(last(), kCarry, failed->cause);
+  }
+  Cause cause = Cause::kNoPath;
   const auto carry = [&](std::size_t holder) {
-    auto path = carryPath(holder, tuple, motions);
+    auto path = carryPath(holder, tuple, motions, cause);
     if (path) motions.carries[holder] = std::move(*path);
     return path.has_value();
   };
   if (last() > 0 && !carry(last())) {
     failed_carries_.push_back(
-        {tuple.holders.back().give.grasp, takeConfiguration(last(), motions)});
-    return failure(last(), kCarry);
+        {tuple.holders.back().give.grasp, takeConfiguration(last(), motions), cause});
+    return failure(last(), kCarry, cause);
   }
   if (!problem_.task.held_by) {
     const auto& pick = pickMotion(tuple.holders.front().take);
@@ -507,7 +515,7 @@ std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple&
     motions.pick = &*pick;
   }
   for (std::size_t k = 0; k < n; ++k) {
-    if ((k < last() || n == 1) && !carry(k)) return failure(k, kCarry);
+    if ((k < last() || n == 1) && !carry(k)) return failure(k, kCarry, cause);
     if (k == last()) break;
     auto reach = reachPath(k + 1, tuple, motions);
     if (!reach) return failure(k + 1, kReach);

@@ -115,6 +115,7 @@ class TransportMotions {
   struct FailedCarry {
     int place;
     ArmVector q;  ///< where it began
+    Cause cause;
   };
 
   /// Everything that connect() finds, by holder or handover.
@@ -155,13 +156,14 @@ class TransportMotions {
 
   /// As everything stands when holder's carry begins: holders before it at home with open hands.
   CellState stateBefore(std::size_t holder, const TransportTuple& tuple) const;
+  /// @param[out] cause  why there is none.
   std::optional<JointPath> carryPath(std::size_t holder, const TransportTuple& tuple,
-                                     const Motions& motions);
+                                     const Motions& motions, Cause& cause);
   std::optional<JointPath> reachPath(std::size_t holder, const TransportTuple& tuple,
                                      const Motions& motions);
   std::optional<JointPath> homePath(std::size_t holder, const TransportTuple& tuple,
                                     const Motions& motions);
-  bool knownToFail(const TransportTuple& tuple, const Motions& motions) const;
+  const FailedCarry* knownToFail(const TransportTuple& tuple, const Motions& motions) const;
   std::optional<MotionFailure> findMotions(const TransportTuple& tuple, Motions& motions);
   ArmVector takeConfiguration(std::size_t holder, const Motions& motions) const;
   ArmVector giveConfiguration(std::size_t holder, const Motions& motions) const;
