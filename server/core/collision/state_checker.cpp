@@ -243,9 +243,17 @@ void StateChecker::requireState(const Eigen::Ref<const Eigen::VectorXd>& q) cons
 }
 
 void StateChecker::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
+  placeGroups(q);
+  placeBodies();
+}
+
+void StateChecker::placeGroups(const Eigen::Ref<const Eigen::VectorXd>& q) {
   requireState(q);
   if (stale_ || seen_changes_ != world_->changes()) activate();
   groups_.place(q);
+}
+
+void StateChecker::placeBodies() {
   for (const MovingBody& it : moving_bodies_) {
     world_->setPose(it.body, groups_.pose(it.group) * it.X_GB);
   }
@@ -259,12 +267,13 @@ const MovingBody* StateChecker::tilting() const {
 }
 
 bool StateChecker::valid(const Eigen::Ref<const Eigen::VectorXd>& q) {
-  place(q);
+  placeGroups(q);
   const MovingBody* held = tilting();
   if (held != nullptr && !setup_.held->tilt->keeps(groups_.pose(held->group) * held->X_GB)) {
     ++tilted_;
     return false;
   }
+  placeBodies();
   const bool free = world_->isFree(pairs_);
   touched_ += free ? 0 : 1;
   return free;

@@ -140,6 +140,8 @@ class StateChecker {
   void measureGroups();
   bool freeAlong(const JointMotion& motion, double from, double to, const Clearance& clearance,
                  BodyContact* hit);
+  void placeGroups(const Eigen::Ref<const Eigen::VectorXd>& q);
+  void placeBodies();
   /// What is held under a limit and moves; nullptr: nothing.
   const MovingBody* tilting() const;
 

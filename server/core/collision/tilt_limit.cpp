@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/collision/tilt_limit.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
 namespace handover {
-namespace {
-
-constexpr double kWithin = 2 * M_PI / 180;
-
-}  // namespace
 
 double tiltOf(const Eigen::Vector3d& axis_W) {
   return std::atan2(std::hypot(axis_W.x(), axis_W.y()), axis_W.z());
@@ -20,8 +14,6 @@ double tiltOf(const Eigen::Vector3d& axis_W) {
 bool TiltLimit::keeps(const Pose& X_WO) const {
   return tiltOf(X_WO.linear() * axis_O) <= most + 0.5 * kTiltSlack;
 }
-
-double TiltLimit::within() const { return most - std::min(kWithin, 0.25 * most); }
 
 Eigen::AngleAxisd TiltLimit::turnWithin(const Eigen::Matrix3d& R_WO) const {
   const Eigen::Vector3d axis_W = R_WO * axis_O;

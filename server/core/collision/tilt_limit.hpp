@@ -17,9 +17,9 @@ struct TiltLimit {
 
   bool keeps(const Pose& X_WO) const;
 
-  /// What is turned back to the limit is turned to this angle [rad], a little within: ways to and
-  /// from there lean more than their ends.
-  double within() const;
+  /// What leans too far is turned back to this angle [rad]: segments to and from there lean more
+  /// than their ends. (With 2 degrees less than the limit kneeling needs a third more time.)
+  double within() const { return 0.5 * most; }
 
   /// The least turn of the world that brings an object there; none where it keeps the limit.
   Eigen::AngleAxisd turnWithin(const Eigen::Matrix3d& R_WO) const;

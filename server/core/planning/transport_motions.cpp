@@ -12,6 +12,8 @@ namespace {
 
 using enum StageAction;
 
+constexpr std::size_t kOtherPlaces = 2;  // of a chain of one, to which a carry is sought
+
 bool contains(const std::vector<BodyId>& bodies, BodyId body) {
   return std::find(bodies.begin(), bodies.end(), body) != bodies.end();
 }
@@ -421,6 +423,30 @@ std::optional<JointPath> TransportMotions::carryPath(std::size_t holder,
   return path;
 }
 
+/// The most dexterous configuration there may be on another branch than the one that takes the
+/// object; where there is a handover, its configurations are near those that follow.
+std::optional<JointPath> TransportMotions::carryElsewhere(const TransportTuple& tuple,
+                                                          Motions& motions) {
+  const FeasibleGrasp& give = tuple.holders.front().give;
+  const ArmVector from = takeConfiguration(0, motions), failed = motions.place->q;
+  std::vector<ArmVector> others = give.configurations;
+  std::stable_sort(others.begin(), others.end(), [&](const ArmVector& a, const ArmVector& b) {
+    return travelTime(at(0), from, a) < travelTime(at(0), from, b);
+  });
+  std::size_t tried = 0;
+  for (const ArmVector& q : others) {
+    if (q == failed) continue;
+    if (tried == kOtherPlaces || deadline_.over()) break;
+    auto place = placeAt(give, q);
+    if (!place) continue;
+    ++tried;
+    motions.place = &*(places_[give.grasp] = std::move(place));
+    Cause cause = Cause::kNoPath;
+    if (auto path = carryPath(0, tuple, motions, cause)) return path;
+  }
+  return std::nullopt;
+}
+
 std::optional<JointPath> TransportMotions::reachPath(std::size_t holder,
                                                      const TransportTuple& tuple,
                                                      const Motions& motions) {
@@ -501,6 +527,7 @@ std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple&
   Cause cause = Cause::kNoPath;
   const auto carry = [&](std::size_t holder) {
     auto path = carryPath(holder, tuple, motions, cause);
+    if (!path && n == 1) path = carryElsewhere(tuple, motions);
     if (path) motions.carries[holder] = std::move(*path);
     return path.has_value();
   };

@@ -159,6 +159,9 @@ class TransportMotions {
   /// @param[out] cause  why there is none.
   std::optional<JointPath> carryPath(std::size_t holder, const TransportTuple& tuple,
                                      const Motions& motions, Cause& cause);
+  /// Of a chain of one, if there is none to the place chosen: to another configuration there.
+  /// @param[out] motions  with that place.
+  std::optional<JointPath> carryElsewhere(const TransportTuple& tuple, Motions& motions);
   std::optional<JointPath> reachPath(std::size_t holder, const TransportTuple& tuple,
                                      const Motions& motions);
   std::optional<JointPath> homePath(std::size_t holder, const TransportTuple& tuple,
