@@ -61,6 +61,7 @@ struct TaskDescription {
   FramedPose goal;
   std::optional<RestDescription> goal_rest;
   TransportEnd end = TransportEnd::kRelease;
+  std::optional<UprightSnapshot> upright;
 };
 
 struct CellDescription {

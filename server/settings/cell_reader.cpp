@@ -15,6 +15,7 @@ constexpr NumberRange kPlace{-1000, 1000};  // [m]
 constexpr NumberRange kDegrees{-3600, 3600};
 constexpr NumberRange kJoint{-1000, 1000};  // [rad] or [m]
 constexpr NumberRange kSize{1e-6, 1000};    // [m]
+constexpr double kLeastAxis = 1e-6;
 constexpr std::size_t kMaxParts = 256;
 constexpr std::size_t kMaxVariations = 512;  // each is checked with the whole cell
 
@@ -308,6 +309,22 @@ void readStart(const YamlValue& value, TaskDescription& task) {
   map->finish();
 }
 
+UprightSnapshot readUpright(const YamlValue& value) {
+  UprightSnapshot upright;
+  auto map = value.map();
+  if (!map) return upright;
+  if (const YamlValue* axis = map->require("axis")) {
+    const Eigen::Vector3d axis_O = axis->vector(kPlace).value_or(Eigen::Vector3d::UnitZ());
+    if (axis_O.norm() < kLeastAxis) axis->fault("is zero");
+    upright.axis = {axis_O.x(), axis_O.y(), axis_O.z()};
+  }
+  if (const YamlValue* within = map->require("within_deg")) {
+    upright.within_deg = within->number({0, 180}).value_or(0);
+  }
+  map->finish();
+  return upright;
+}
+
 TaskDescription readTask(const std::string& name, const YamlValue& value) {
   TaskDescription task;
   task.name = name;
@@ -324,7 +341,7 @@ TaskDescription readTask(const std::string& name, const YamlValue& value) {
     const auto word = end->oneOf({"release", "hold"});
     if (word) task.end = fromString<TransportEnd>(*word).value_or(TransportEnd::kRelease);
   }
-  if (const YamlValue* upright = map->find("upright")) upright->fault("not built yet");
+  if (const YamlValue* upright = map->find("upright")) task.upright = readUpright(*upright);
   map->finish();
   return task;
 }

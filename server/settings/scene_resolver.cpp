@@ -360,6 +360,7 @@ class SceneResolver {
     task.name = description.name;
     task.object = description.object;
     task.end = description.end;
+    task.upright = description.upright;
     for (std::size_t i = 0; i < description.chain.size(); ++i) {
       const char* key = i == 0 ? ".giver" : ".receiver";
       task.chain.push_back(holderNamed(description.chain[i],

@@ -143,6 +143,19 @@ void RigidGroups::boundTravel(int group) {
   }
 }
 
+// Seen from the group, it is the direction that turns, by one joint after the other from the base
+// outwards: each by no more than its own angle times the sine of the direction to its axis.
+double RigidGroups::turn(int group, const Eigen::Vector3d& direction_W,
+                         const MotionInterval& stretch) const {
+  if (group < 0) return 0;
+  const Group& joint = at(group);
+  const double before = turn(joint.parent, direction_W, stretch);
+  if (joint.prismatic) return before;
+  const double angle = std::abs(joint.multiplier) * (std::abs(stretch.along[joint.state_index]) +
+                                                     stretch.rest[joint.state_index]);
+  return before + angle * std::min(1.0, joint.axis_W.cross(direction_W).norm() + before);
+}
+
 PairMotion RigidGroups::approach(int a, int b) const {
   // What is above the group that both hang on moves them as one.
   int i = a, j = b;

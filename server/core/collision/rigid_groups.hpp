@@ -56,6 +56,10 @@ class RigidGroups {
   /// Lets the dofs move along a stretch of a motion, from its middle, where they are placed.
   void boundTravel(const MotionInterval& stretch);
 
+  /// The angle that what moves with the group, placed in the middle of a stretch of a motion, turns
+  /// towards or away from a unit direction of the world along it [rad], at most.
+  double turn(int group, const Eigen::Vector3d& direction_W, const MotionInterval& stretch) const;
+
   /// No point of the group's ball then gets farther than this in the world [m].
   double travel(int group) const { return group < 0 ? 0.0 : at(group).travel; }
 

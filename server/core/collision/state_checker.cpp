@@ -222,18 +222,47 @@ void StateChecker::requireState(const Eigen::Ref<const Eigen::VectorXd>& q) cons
 }
 
 void StateChecker::place(const Eigen::Ref<const Eigen::VectorXd>& q) {
+  placeGroups(q);
+  placeBodies();
+}
+
+void StateChecker::placeGroups(const Eigen::Ref<const Eigen::VectorXd>& q) {
   requireState(q);
   if (stale_ || seen_changes_ != world_->changes()) activate();
   groups_.place(q);
+}
+
+void StateChecker::placeBodies() {
   for (const MovingBody& it : moving_bodies_) {
     world_->setPose(it.body, groups_.pose(it.group) * it.X_GB);
   }
   seen_changes_ = world_->changes();
 }
 
+const MovingBody* StateChecker::tilting() const {
+  if (!setup_.held || !setup_.held->tilt) return nullptr;
+  const int held = moving_index_[world_->scene().objectBody(setup_.held->object)];
+  return held < 0 ? nullptr : &moving_bodies_[static_cast<std::size_t>(held)];
+}
+
 bool StateChecker::valid(const Eigen::Ref<const Eigen::VectorXd>& q) {
-  place(q);
-  return world_->isFree(pairs_);
+  placeGroups(q);
+  const MovingBody* held = tilting();
+  if (held != nullptr && !setup_.held->tilt->keeps(groups_.pose(held->group) * held->X_GB)) {
+    ++tilted_;
+    return false;
+  }
+  placeBodies();
+  const bool free = world_->isFree(pairs_);
+  touched_ += free ? 0 : 1;
+  return free;
+}
+
+bool StateChecker::keepsTilt(const JointMotion& motion, double from, double to) {
+  if (stale_ || seen_changes_ != world_->changes()) activate();
+  const MovingBody* held = tilting();
+  return held == nullptr || handover::keepsTilt(groups_, held->group, held->X_GB.linear(),
+                                                *setup_.held->tilt, motion, from, to);
 }
 
 std::optional<BodyContact> StateChecker::hit(const Eigen::Ref<const Eigen::VectorXd>& q) {
@@ -259,13 +288,19 @@ bool StateChecker::freeAlong(const PairList& pairs, const JointMotion& motion, d
 
 bool StateChecker::isMotionFree(const JointMotion& motion, double from, double to,
                                 const Clearance& clearance) {
-  return freeAlong(motion, from, to, clearance, nullptr);
+  if (!keepsTilt(motion, from, to)) {
+    ++tilted_;
+    return false;
+  }
+  const bool free = freeAlong(motion, from, to, clearance, nullptr);
+  touched_ += free ? 0 : 1;
+  return free;
 }
 
 bool StateChecker::isMotionFree(const JointMotion& motion, const Clearance& clearance,
                                 const std::optional<Clearance>& wide) {
-  if (!wide) return freeAlong(motion, 0, 1, clearance, nullptr);
-  return freeAlong(wide_pairs_, motion, 0, 1, *wide, nullptr) &&
+  if (!wide) return isMotionFree(motion, 0, 1, clearance);
+  return keepsTilt(motion) && freeAlong(wide_pairs_, motion, 0, 1, *wide, nullptr) &&
          freeAlong(close_pairs_, motion, 0, 1, clearance, nullptr);
 }
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Is one robot's configuration free of contact while everything else stands still? The question
-// that grasp pruning and motion planning ask by the thousand.
+// Is one robot's configuration free of contact while everything else stands still, and what it
+// holds upright? The question that grasp pruning and motion planning ask by the thousand.
 #pragma once
 
 #include "core/collision/collision_scene.hpp"
 #include "core/collision/continuous_collision_checker.hpp"
 #include "core/collision/joint_motion.hpp"
 #include "core/collision/rigid_groups.hpp"
+#include "core/collision/tilt_limit.hpp"
 
 namespace handover {
 
@@ -15,6 +16,7 @@ struct HeldObject {
   ObjectId object;  ///< the one held
   LinkId link;      ///< of the moving robot
   Pose X_LO = Pose::Identity();
+  std::optional<TiltLimit> tilt{};
 };
 
 /// What moves, and where everything else stands meanwhile.
@@ -53,20 +55,24 @@ class StateChecker {
   /// setup. Optional: valid() and hit() do it when it is needed.
   void activate();
 
-  /// True when nothing touches at these positions of `dofs` [rad or m]. Limits are not looked at.
+  /// True when nothing touches at these positions of `dofs` [rad or m], and what is held keeps its
+  /// tilt. The joints' limits are not looked at.
   /// @throws std::invalid_argument when the size is wrong or an entry is not finite.
   bool valid(const Eigen::Ref<const Eigen::VectorXd>& q);
   /// The first touching pair found; always the same one for the same q.
   std::optional<BodyContact> hit(const Eigen::Ref<const Eigen::VectorXd>& q);
-  /// True when no pair comes into contact anywhere on the motion between two of its parameters:
-  /// all along it the shapes keep `clearance.proven`. A pair is looked at as often as its distance
-  /// and the travel of its links ask for, by halving the motion (Schwarzer, Saha, Latombe 2005).
+  /// True when what is held keeps its tilt (keepsTilt()) and no pair comes into contact anywhere on
+  /// the motion between two of its parameters: all along it the shapes keep `clearance.proven`. A
+  /// pair is looked at as often as its distance and the travel of its links ask for, by halving the
+  /// motion (Schwarzer, Saha, Latombe 2005).
   /// @throws std::invalid_argument when its states have the wrong size or are not finite.
   bool isMotionFree(const JointMotion& motion, double from = 0, double to = 1,
                     const Clearance& clearance = kPlannedClearance);
   /// The same where the pairs that are not close keep `wide` clearance.
   bool isMotionFree(const JointMotion& motion, const Clearance& clearance,
                     const std::optional<Clearance>& wide);
+  /// True when what is held, if it has a limit, keeps it all along the motion.
+  bool keepsTilt(const JointMotion& motion, double from = 0, double to = 1);
   /// A pair that touches on the motion, if any.
   std::optional<BodyContact> hitAlong(const JointMotion& motion, double from = 0, double to = 1,
                                       const Clearance& clearance = kPlannedClearance);
@@ -92,6 +98,12 @@ class StateChecker {
   void setHold(const Pose& X_LO);
 
   CollisionWorld& world() { return *world_; }
+
+  /// How many states and motions fell because what is held would have leaned too far, and how many
+  /// by a contact.
+  std::uint32_t tilted() const { return tilted_; }
+
+  std::uint32_t touched() const { return touched_; }
 
   /// Bodies that move, carried objects included.
   const std::vector<BodyId>& moving() const { return moving_; }
@@ -135,6 +147,10 @@ class StateChecker {
                  const Clearance& clearance, BodyContact* hit);
   bool freeAlong(const JointMotion& motion, double from, double to, const Clearance& clearance,
                  BodyContact* hit);
+  void placeGroups(const Eigen::Ref<const Eigen::VectorXd>& q);
+  void placeBodies();
+  /// What is held under a limit and moves; nullptr: nothing.
+  const MovingBody* tilting() const;
 
   CollisionWorld* world_;
   StateCheckerSetup setup_;
@@ -149,6 +165,7 @@ class StateChecker {
   bool stale_ = true;                  ///< the setup changed since
   bool mounted_ = false;               ///< moving_bodies_ are those of the setup
   bool measured_ = false;              ///< groups_ knows the balls of moving_bodies_
+  std::uint32_t tilted_ = 0, touched_ = 0;
   Pose X_GTool_ = Pose::Identity();
   Part tool_with_still_, tool_with_arm_, arm_with_all_;
 

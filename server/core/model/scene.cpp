@@ -138,6 +138,7 @@ SceneSnapshot snapshot(const Scene& scene, const SceneTask& task, std::uint64_t 
   shown.start = {toValue(task.X_WO_start), {}, snapshotOf(task.start_rest)};
   if (task.held_by) shown.start.held_by = armName(scene, *task.held_by);
   shown.goal = {toValue(task.X_WO_goal), task.end, snapshotOf(task.goal_rest)};
+  shown.upright = task.upright;
   for (const SceneRobot& robot : scene.robots) shown.robots.push_back(snapshotOf(robot));
   for (const SceneObject& object : scene.objects) {
     shown.objects.push_back(snapshotOf(scene, object));
@@ -163,6 +164,10 @@ std::string sceneHash(const Scene& scene, const SceneTask& task) {
   hash.add(held_by.robot).add(held_by.arm);
   add(hash, task.start_rest);
   add(hash, task.goal_rest);
+  if (task.upright) {
+    for (const double value : task.upright->axis) hash.add(value);
+    hash.add(task.upright->within_deg);
+  }
   return hash.hex();
 }
 

@@ -70,6 +70,7 @@ struct SceneTask {
   std::optional<ChainHolder> held_by;
   TaskRest start_rest, goal_rest;
   TransportEnd end = TransportEnd::kRelease;
+  std::optional<UprightSnapshot> upright;  ///< as the plan file says it
 };
 
 /// False where the task starts in a hand and its chain begins with another arm.

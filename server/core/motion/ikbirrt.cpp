@@ -53,11 +53,13 @@ bool withinLimits(const MotionProblem& problem, const ArmVector& q) {
          (problem.upper - q).minCoeff() >= -kLimitSlack;
 }
 
+constexpr double kLeastProgress = 0.2;  // of an extension that is projected, of its length
+
 // Without OMPL's default projections, which draw random matrices that nobody uses here.
 class JointSpace : public ob::RealVectorStateSpace {
  public:
   explicit JointSpace(const MotionProblem& problem)
-      : RealVectorStateSpace(static_cast<unsigned>(problem.lower.size())) {
+      : RealVectorStateSpace(static_cast<unsigned>(problem.lower.size())), problem_(problem) {
     ob::RealVectorBounds bounds(getDimension());
     for (unsigned j = 0; j < getDimension(); ++j) {
       bounds.setLow(j, problem.lower[j] - kLimitSlack);
@@ -67,6 +69,24 @@ class JointSpace : public ob::RealVectorStateSpace {
   }
 
   void registerProjections() override {}
+
+  /// Where states are projected: what the state on the way becomes by that; `from` if that is
+  /// hardly nearer to `to`, at which trees stop.
+  void interpolate(const ob::State* from, const ob::State* to, double t,
+                   ob::State* state) const override {
+    if (!problem_.project) return RealVectorStateSpace::interpolate(from, to, t, state);
+    const ArmVector q_from = toJoints(from, problem_.lower.size());
+    const ArmVector q_to = toJoints(to, problem_.lower.size());
+    ArmVector q = q_from + t * (q_to - q_from);
+    const double least = kLeastProgress * (q - q_from).norm();
+    const bool nearer = problem_.project(q) && withinLimits(problem_, q) &&
+                        (q_to - q).norm() <= (q_to - q_from).norm() - least;
+    if (!nearer) q = q_from;
+    Eigen::Map<Eigen::VectorXd>(valuesOf(state), q.size()) = q;
+  }
+
+ private:
+  const MotionProblem& problem_;
 };
 
 // Draws from the request's seed alone: OMPL's own generator is seeded by the order in which
@@ -279,7 +299,7 @@ class IkBiRrt : public og::RRTConnect {
           const IkBiRrtSettings& settings)
       : RRTConnect(si), problem_(problem), goals_(goals), settings_(settings) {
     setName("IKBiRRT");
-    setRange(settings.range);
+    setRange(problem.project ? settings.projected_range : settings.range);
     tStart_ = std::make_shared<FlatNearest<Motion*>>(si->getStateDimension());
     tGoal_ = std::make_shared<FlatNearest<Motion*>>(si->getStateDimension());
   }
@@ -340,11 +360,15 @@ class IkBiRrt : public og::RRTConnect {
     return root;
   }
 
+  static Motion* rootOf(const Tree& tree) {
+    std::vector<Motion*> states;
+    tree.list(states);
+    return states.front();
+  }
+
   // Grows a tree from its first root along a way, as far as that is free.
   void seed(Tree& tree, const std::vector<ArmVector>& way, ob::State* scratch) {
-    std::vector<Motion*> roots;
-    tree.list(roots);
-    Motion* last = roots.front();
+    Motion* last = rootOf(tree);
     ArmVector at = toJoints(last->state, problem_.lower.size());
     for (const ArmVector& q : way) {
       if (!withinLimits(problem_, q)) return;
@@ -388,7 +412,14 @@ class IkBiRrt : public og::RRTConnect {
   // One step of RRTConnect: one tree towards a sample, the other towards what that reached.
   bool extend(bool from_start, Motion& target, ob::State* step) {
     TreeGrowingInfo grow{step, nullptr, from_start};
-    sampleFor(from_start, target.state);
+    // Projected trees first go to meet each other: straight segments, which were tried before, are
+    // not the way that they take.
+    if (problem_.project && !met_first_) {
+      si_->copyState(target.state, rootOf(from_start ? *tGoal_ : *tStart_)->state);
+      met_first_ = true;
+    } else {
+      sampleFor(from_start, target.state);
+    }
     const GrowState first = growTree(from_start ? tStart_ : tGoal_, grow, &target);
     if (first == TRAPPED) return false;
     Motion* added = grow.xmotion;
@@ -443,6 +474,7 @@ class IkBiRrt : public og::RRTConnect {
   std::vector<std::pair<const ob::State*, std::uint32_t>> goal_roots_;
   std::array<std::uint32_t, 2> cramped_{};  ///< samples while the start, the goal tree was small
   std::uint32_t reached_goal_ = 0;
+  bool met_first_ = false;
 };
 
 // OMPL prints to the console unless told otherwise; a process-wide switch of OMPL's own.

@@ -30,12 +30,18 @@ struct MotionProblem {
   /// Corners that are made on purpose, by cuts and at via configurations, can be rounded by this
   /// [rad]: the parabola that passes a corner at that distance is valid, too. 0: not asked for.
   double rounding = 0;
+  /// If given, moves a configuration the short way to where it keeps what bends the valid states
+  /// into a thin sheet, like the tilt of a held object; false, q anything, if it does not get
+  /// there. Trees then grow along that sheet (CBiRRT2, Berenson, Srinivasa et al. 2009): straight
+  /// segments leave it.
+  std::function<bool(ArmVector& q)> project{};
 };
 
 struct IkBiRrtSettings {
   std::uint64_t seed = 1;
   std::uint32_t max_iterations = 20'000;  ///< a count, never seconds
   double range = 1.0;                     ///< longest tree extension [rad]
+  double projected_range = 0.25;          ///< the same where states are projected
   std::uint32_t direct_goals = 4;         ///< first goals tried by one straight segment
   std::uint32_t goal_period = 8;          ///< iterations from one goal drawn to the next
   /// While a tree has no more states, every second sample is at most so far from one of them in

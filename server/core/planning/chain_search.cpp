@@ -437,6 +437,10 @@ bool ChainSearch::tryPose(std::size_t handover, Node& node, const Pose& X_WH,
   const int grasp = node.give->grasp;
   if (!counted() && handover + 2 == holders() && failed_places_.contains(grasp)) return false;
   ++counts.poses_tried;
+  if (const auto& tilt = motions_.context().tilt(); tilt && !tilt->keeps(X_WH)) {
+    rejects_.add(Cause::kTilt);
+    return false;
+  }
   if (const auto meet = motions_.handsInTheWay(handover, grasp, takesOf(handover))) {
     const CollisionScene& bodies = *state_.problem.collision;
     rejects_.add(Cause::kCollision, {bodies.name(meet->first), bodies.name(meet->second)});
@@ -559,7 +563,7 @@ bool ChainSearch::searchInner(std::size_t handover, Node& node) {
       ++state_.counts.poses_asked;
       ++inner_poses_;
       const Pose X_WH = handoverPose(at(handover), at(handover + 1), grasp, node.X_WO_give,
-                                     points[point].p_W, offset, false);
+                                     points[point].p_W, offset, false, motions_.context().tilt());
       if (tryPose(handover, node, X_WH, counts)) return true;
       if (back_to_) return false;
     }
@@ -587,9 +591,9 @@ bool ChainSearch::tryCandidate(SearchTier tier, const Candidate& candidate,
       state_.problem.task.X_WO_goal,
       &receivers};
   node.tuple.holders.back().give = *candidate.place;
-  const Pose X_WH =
-      handoverPose(at(handover), at(handover + 1), at(handover + 1).grasp(place), node.X_WO_give,
-                   candidate.p_W, candidate.offset, tier == SearchTier::kPaper);
+  const Pose X_WH = handoverPose(at(handover), at(handover + 1), at(handover + 1).grasp(place),
+                                 node.X_WO_give, candidate.p_W, candidate.offset,
+                                 tier == SearchTier::kPaper, motions_.context().tilt());
   point_ = candidate.p_W;
   const bool solved = tryPose(handover, node, X_WH, counts);
   back_to_.reset();

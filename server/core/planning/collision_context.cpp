@@ -2,6 +2,7 @@
 #include "core/planning/collision_context.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace handover {
 namespace {
@@ -28,6 +29,17 @@ CellState holding(CellState state, const Manipulator& manipulator, const Grasp& 
   return state;
 }
 
+std::optional<TiltLimit> tiltLimitOf(const SceneTask& task) {
+  if (!task.upright) return std::nullopt;
+  const auto& [x, y, z] = task.upright->axis;
+  TiltLimit limit{Eigen::Vector3d(x, y, z).normalized(), 0};
+  limit.most = std::max(tiltOf(task.X_WO_start.linear() * limit.axis_O),
+                        tiltOf(task.X_WO_goal.linear() * limit.axis_O)) +
+               task.upright->within_deg * M_PI / 180;
+  if (limit.most >= M_PI) return std::nullopt;
+  return limit;
+}
+
 AllowedContacts besideObject(AllowedContacts contacts, std::size_t holder, const Manipulator& arm) {
   if (arm.hand->suction) contacts.hands.insert(holder);
   return contacts;
@@ -48,6 +60,7 @@ CollisionContext::CollisionContext(const TransportProblem& problem,
       world_(world),
       object_(problem.scene->findObject(problem.task.object)),
       object_body_(problem.collision->objectBody(object_)),
+      tilt_(tiltLimitOf(problem.task)),
       start_rest_(bodiesOf(problem, problem.task.start_rest)),
       goal_rest_(bodiesOf(problem, problem.task.goal_rest)),
       of_hand_(static_cast<std::size_t>(problem.collision->bodies())) {
@@ -139,7 +152,8 @@ const StateChecker& CollisionContext::pattern(const Manipulator& mover,
     }
   }
   StateCheckerSetup setup(*problem_.collision, mover.robot, dofs);
-  if (holding) setup.held = HeldObject{object_, mover.arm_model->tool_link, Pose::Identity()};
+  if (holding)
+    setup.held = HeldObject{object_, mover.arm_model->tool_link, Pose::Identity(), tilt_};
   forEachPartner(contacts, [&](BodyId body) { setup.allowed.insert(body, object_body_); });
   markClose(mover, holding, setup.close);
   // Motions of the fingers have no tool that moves with them.

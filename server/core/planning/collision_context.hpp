@@ -31,6 +31,10 @@ struct CellState {
 CellState holding(CellState state, const Manipulator& manipulator, const Grasp& grasp,
                   const ArmVector& q);
 
+/// How far the task's object may lean in a hand, from its poses at start and goal (design §5,
+/// Upright); nullopt: however it likes.
+std::optional<TiltLimit> tiltLimitOf(const SceneTask& task);
+
 /// Contacts of a holder's open hand at the object: a cup stands nearer to it than the margins reach
 /// (kCupGap), and so for the straight way there and back. That it keeps kCupClearance until its
 /// grasp begins is proven of the timed approach.
@@ -58,7 +62,11 @@ class CollisionContext {
 
   BodyId objectBody() const { return object_body_; }
 
-  /// A checker for motions of `dofs` of the mover's robot while all else stands as in `state`.
+  /// How far the object may lean while it is held.
+  const std::optional<TiltLimit>& tilt() const { return tilt_; }
+
+  /// A checker for motions of `dofs` of the mover's robot while all else stands as in `state`; what
+  /// it holds keeps the task's tilt.
   StateChecker make(const CellState& state, const Manipulator& mover,
                     const std::vector<DofId>& dofs, const AllowedContacts& contacts);
 
@@ -94,6 +102,7 @@ class CollisionContext {
   CollisionWorld& world_;
   ObjectId object_;
   BodyId object_body_;
+  std::optional<TiltLimit> tilt_;
   std::vector<BodyId> start_rest_, goal_rest_;
   std::vector<bool> of_hand_;      ///< by body: of one of the holders
   std::vector<RobotId> carriers_;  ///< by body: the robot that it is a part of, or hangs on

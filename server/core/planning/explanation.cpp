@@ -47,6 +47,15 @@ std::string dominantPair(const CauseTally& tally) {
          " of " + std::to_string(total) + " tries. ";
 }
 
+/// How often the object would have leaned too far; empty where it never did.
+std::string leanedOf(const TransportProblem& problem, const CauseTally& tally) {
+  std::uint32_t count = 0;
+  for (const CauseCount& it : tally.counts()) count += it.cause == Cause::kTilt ? it.count : 0;
+  if (count == 0) return "";
+  return " In " + std::to_string(count) + " of " + std::to_string(tally.total()) + " tries " +
+         problem.task.object + " would have leaned too far.";
+}
+
 /// Adds the sets' rejects to the tally and tells how many grasps of which arms were tested.
 std::string testedOf(const PrunedByArm& sets, CauseTally& tally) {
   std::string text;
@@ -233,7 +242,8 @@ Failed explainSearch(const TransportProblem& problem, const PrunedByArm& at_star
     return failed(FailureReason::kNoHandoverPose, "handover_poses",
                   dominantPair(counts.handover_rejects) + "None of the " +
                       std::to_string(counts.poses_asked) +
-                      " handover poses tried lets both hands hold " + object + ".",
+                      " handover poses tried lets both hands hold " + object + "." +
+                      leanedOf(problem, counts.handover_rejects),
                   counts.handover_rejects.counts(), wide && !counts.may_meet);
   }
   const std::vector<CauseCount> causes = counts.motion_rejects.counts();
@@ -243,8 +253,10 @@ Failed explainSearch(const TransportProblem& problem, const PrunedByArm& at_star
             std::to_string(counts.motion_rejects.total()) + ", ended at the " +
             stageName(*causes.front().stage);
   }
-  return failed(FailureReason::kNoPath, "motions", dominantPair(counts.motion_rejects) + text + ".",
-                causes, false);
+  return failed(
+      FailureReason::kNoPath, "motions",
+      dominantPair(counts.motion_rejects) + text + "." + leanedOf(problem, counts.motion_rejects),
+      causes, false);
 }
 
 Failed explainDeadline(const PrunedByArm& at_start, const PrunedByArm& at_goal,

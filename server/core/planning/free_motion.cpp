@@ -6,10 +6,17 @@
 #include <handover/common/random.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace handover {
 namespace {
+
+// Of the straight way, where it is projected: one in nine of kneeling's roadmap ways needs them.
+constexpr std::array<double, 3> kBetween{0.25, 0.5, 0.75};
+constexpr double kUprightBeyond = 1e-3;  // what a step aims for beyond [rad]
+constexpr double kUprightDamping = 1e-2;
+constexpr int kUprightSteps = 10;
 
 /// Past the object and out of what stands about it: back or up from one of the ends.
 void addViasAbout(const Manipulator& arm, const ArmVector& end, const FreeMotionSettings& settings,
@@ -61,6 +68,26 @@ void addSplits(const ArmVector& from, const ArmVector& to, std::vector<ArmVector
   }
 }
 
+/// Turns what the arm holds about a horizontal axis to within its limit, by damped least squares;
+/// false: not that near.
+bool turnUpright(const Manipulator& arm, const HeldObject& held, ArmVector& q) {
+  const double wanted = held.tilt->within();
+  const Eigen::Matrix3d R_AW = arm.worldToArm(Pose::Identity()).linear();
+  ArmJacobian J;
+  for (int step = 0; step < kUprightSteps; ++step) {
+    const Pose X_AT = arm.kinematics->toolPose(q, J);
+    const Eigen::Vector3d axis_A = X_AT.linear() * held.X_LO.linear() * held.tilt->axis_O;
+    const double tilt = tiltOf(R_AW.transpose() * axis_A);
+    if (tilt <= wanted) return true;
+    const Eigen::Vector3d across = axis_A.cross(R_AW.col(2));
+    if (!(across.norm() > 0)) return false;  // upside down: any way is as good
+    const Eigen::VectorXd by = J.bottomRows<3>().transpose() * across.normalized();
+    q += (tilt - wanted + kUprightBeyond) / (by.squaredNorm() + kUprightDamping) * by;
+    q = q.cwiseMax(arm.kinematics->lower()).cwiseMin(arm.kinematics->upper());
+  }
+  return false;
+}
+
 }  // namespace
 
 std::optional<Clearance> skinClearance(double skin) {
@@ -80,6 +107,9 @@ MotionProblem FreeMotionSolver::problemOf(const Manipulator& arm, StateChecker& 
     return checker.isMotionFree(SegmentMotion(from, to), kPlannedClearance, wide);
   };
   motion.rounding = settings_.rounding;
+  if (const auto& held = checker.setup().held; held && held->tilt) {
+    motion.project = [&arm, &held = *held](ArmVector& q) { return turnUpright(arm, held, q); };
+  }
   return motion;
 }
 
@@ -110,6 +140,10 @@ std::optional<JointPath> FreeMotionSolver::roadmapPath(const Manipulator& arm,
   settings.straight = false;
   std::vector<ArmVector> vias = viasBetween(arm, from, to);
   vias.insert(vias.end(), known.begin(), known.end());
+  if (motion.project) {
+    for (const double share : kBetween) vias.push_back(from + share * (to - from));
+    std::erase_if(vias, [&](ArmVector& q) { return !motion.project(q); });
+  }
   return lazyShortestPath(motion, from, to, std::move(vias), cost, settings, deadline_);
 }
 

@@ -67,11 +67,14 @@ double travelTime(const Manipulator& manipulator, const ArmVector& from, const A
 
 Pose handoverPose(const Manipulator& giver, const Manipulator& receiver, const Grasp& grasp,
                   const Pose& X_WO_give, const Eigen::Vector3d& p_W, const ApproachOffset& offset,
-                  bool object_on_point) {
+                  bool object_on_point, const std::optional<TiltLimit>& tilt) {
   const Pose X_WT_give = X_WO_give * grasp.X_OT;
   Pose X_WT = Pose::Identity();
   X_WT.linear() = handoverRotation(X_WT_give.linear(), receiver.arm_model->approach_axis,
                                    giver.map.p_WShoulder, receiver.map.p_WShoulder, offset);
+  if (!object_on_point && tilt) {
+    X_WT.linear() = tilt->turnWithin((X_WT * grasp.X_OT.inverse()).linear()) * X_WT.linear();
+  }
   if (!object_on_point) X_WT.translation() = p_W;
   Pose X_WH = X_WT * grasp.X_OT.inverse();
   if (object_on_point) X_WH.translation() = p_W;

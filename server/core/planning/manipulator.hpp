@@ -2,6 +2,7 @@
 // One robot's arm in a request, with all that the algorithms ask of it.
 #pragma once
 
+#include "core/collision/tilt_limit.hpp"
 #include "core/planning/handover_pose.hpp"
 #include "core/planning/transport_problem.hpp"
 
@@ -86,10 +87,11 @@ double travelTime(const Manipulator& manipulator, const ArmVector& from, const A
 
 /// The object's pose at a handover for the receiver's grasp, whose hand is turned from how it gives
 /// the object on with X_WO_give ([paper] Alg. 3).
-/// @param object_on_point  the object is on the lattice point, as the paper has it; else the tool.
+/// @param object_on_point  the object is on the lattice point, as the paper has it; else the tool,
+/// about which it is turned back to its limit, where it has one.
 Pose handoverPose(const Manipulator& giver, const Manipulator& receiver, const Grasp& grasp,
                   const Pose& X_WO_give, const Eigen::Vector3d& p_W, const ApproachOffset& offset,
-                  bool object_on_point);
+                  bool object_on_point, const std::optional<TiltLimit>& tilt);
 
 /// One arm of a scene's robot. @pre indices are valid; the arm has a hand.
 Manipulator makeManipulator(const TransportProblem& problem, RobotId robot, ArmId arm);

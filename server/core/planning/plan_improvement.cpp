@@ -136,7 +136,7 @@ class PlanImprover {
       const FeasibleGrasp& give = options[option];
       const Pose X_WH =
           handoverPose(at(handover), at(handover + 1), at(handover + 1).grasp(give.grasp),
-                       X_WO_give, points[point].p_W, offset, false);
+                       X_WO_give, points[point].p_W, offset, false, motions_.context().tilt());
       if (!motions_.receiverReaches(handover, X_WH, give.grasp) ||
           !motions_.giverReaches(handover, X_WH, give.grasp, giver)) {
         continue;

@@ -2,6 +2,7 @@
 #include "core/planning/plan_rules.hpp"
 
 #include "core/motion/quintic.hpp"
+#include "core/planning/collision_context.hpp"
 #include "core/planning/manipulator.hpp"
 
 #include <algorithm>
@@ -29,6 +30,7 @@ constexpr double kUpwards = 1 * M_PI / 180;
 constexpr double kGripDistance = 2e-3;
 const double kOpposed = std::cos(120 * M_PI / 180);
 constexpr double kClaim = 0.01;  // dexterity
+constexpr double kTiltTolerance = 0.01 * M_PI / 180;
 
 double angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return Eigen::AngleAxisd(a.transpose() * b).angle();
@@ -53,6 +55,7 @@ class PlanReplay {
         plan_(plan),
         world_(world),
         stages_(makeStages(transportOf(problem.task, plan.solution.holders.size()))),
+        tilt_(tiltLimitOf(problem.task)),
         X_WO_(problem.task.X_WO_start) {
     for (const SceneRobot& robot : problem.scene->robots) q_.push_back(robot.q_start);
   }
@@ -243,6 +246,7 @@ class PlanReplay {
     }
     if (grips) checkOpening(i);
     if (typeOf(stages_[i].action) == StageType::kLinear) checkStraight(i);
+    if (carried) checkTilt(i);
     set(i, at(i).q.back());
     if (carried) X_WO_ = objectIn(i);
     if (grips) checkGrip(i);
@@ -366,6 +370,16 @@ class PlanReplay {
     }
   }
 
+  void checkTilt(std::size_t i) {
+    if (!tilt_) return;
+    double most = 0;
+    alongTool(i, [&](double, const Pose& X_WT) {
+      const Pose X_WO = X_WT * X_TO_[stages_[i].holder];
+      most = std::max(most, tiltOf(X_WO.linear() * tilt_->axis_O));
+    });
+    if (most > tilt_->most + kTiltTolerance) tell(i, "the object leans too far");
+  }
+
   /// When a retreat's tool is first so far that its hand is clear, at the latest.
   double clearAfter(std::size_t i) {
     set(i, at(i).q.front());
@@ -432,6 +446,7 @@ class PlanReplay {
   std::vector<Pose> X_TO_;                ///< by holder
   std::vector<std::vector<DofId>> dofs_;  ///< by stage
   std::vector<RobotVector> q_;            ///< by robot, where the replay is
+  std::optional<TiltLimit> tilt_;
   Pose X_WO_;
   std::map<std::pair<std::size_t, std::size_t>, double> waits_;
   std::vector<std::string> broken_;

@@ -12,7 +12,7 @@
 namespace handover {
 
 /// Every rule that the plan breaks, in words; empty: none. Samples and limits, joints from stage to
-/// stage, the object's way, straight lines, grips, order, dexterity.
+/// stage, the object's way and tilt, straight lines, grips, order, dexterity.
 /// @param world  of the problem's collision scene; its poses are changed.
 std::vector<std::string> brokenRules(const TransportProblem& problem, const TransportPlan& plan,
                                      CollisionWorld& world);

@@ -376,6 +376,10 @@ class BlockTimer {
       return false;
     }
     if (stage.stage.action == StageAction::kRetreat) timed.clear = clearTime(timed);
+    if (!keepsTilt(timed)) {
+      fail(stage, Cause::kTilt);
+      return false;
+    }
     const auto hit = hitOnCurve(timed);
     if (!hit) return true;
     fail(stage, Cause::kTiming, {nameOf(hit->a), nameOf(hit->b)});
@@ -428,6 +432,13 @@ class BlockTimer {
       (clear(middle) ? high : low) = middle;
     }
     return std::min(high, timed.path.duration());
+  }
+
+  bool keepsTilt(const TimedStage& timed) {
+    const StagePath& stage = *timed.stage;
+    return !carries(stage.stage) ||
+           context_.make(stage.state, *stage.mover, timed.dofs, allowedContacts(stage.stage))
+               .keepsTilt(TimedMotion(timed.path));
   }
 
   /// A contact on the timed curve, if any.

@@ -12,6 +12,8 @@ namespace {
 
 using enum StageAction;
 
+constexpr std::size_t kOtherPlaces = 2;  // of a chain of one, to which a carry is sought
+
 bool contains(const std::vector<BodyId>& bodies, BodyId body) {
   return std::find(bodies.begin(), bodies.end(), body) != bodies.end();
 }
@@ -406,7 +408,7 @@ ArmVector TransportMotions::giveConfiguration(std::size_t holder, const Motions&
 
 std::optional<JointPath> TransportMotions::carryPath(std::size_t holder,
                                                      const TransportTuple& tuple,
-                                                     const Motions& motions) {
+                                                     const Motions& motions, Cause& cause) {
   const Manipulator& arm = at(holder);
   const HolderGrasp& grasp = tuple.holders[holder];
   const bool lifted = holder == 0 && motions.pick != nullptr;
@@ -418,7 +420,33 @@ std::optional<JointPath> TransportMotions::carryPath(std::size_t holder,
   const CellState state =
       holding(stateBefore(holder, tuple), arm, arm.grasp(grasp.take.grasp), from);
   StateChecker checker = context_.makeForArm(state, arm, contactsOf(holder, kCarry));
-  return free_motion_.solve(arm, from, to, checker, seedFor(holder, kCarry, grasp.give.grasp));
+  auto path = free_motion_.solve(arm, from, to, checker, seedFor(holder, kCarry, grasp.give.grasp));
+  cause = checker.tilted() > checker.touched() ? Cause::kTilt : Cause::kNoPath;
+  return path;
+}
+
+/// The most dexterous configuration there may be on another branch than the one that takes the
+/// object; where there is a handover, its configurations are near those that follow.
+std::optional<JointPath> TransportMotions::carryElsewhere(const TransportTuple& tuple,
+                                                          Motions& motions) {
+  const FeasibleGrasp& give = tuple.holders.front().give;
+  const ArmVector from = takeConfiguration(0, motions), failed = motions.place->q;
+  std::vector<ArmVector> others = give.configurations;
+  std::stable_sort(others.begin(), others.end(), [&](const ArmVector& a, const ArmVector& b) {
+    return travelTime(at(0), from, a) < travelTime(at(0), from, b);
+  });
+  std::size_t tried = 0;
+  for (const ArmVector& q : others) {
+    if (q == failed) continue;
+    if (tried == kOtherPlaces || deadline_.over()) break;
+    auto place = placeAt(give, q);
+    if (!place) continue;
+    ++tried;
+    motions.place = &elsewhere_.emplace_back(std::move(*place));
+    Cause cause = Cause::kNoPath;
+    if (auto path = carryPath(0, tuple, motions, cause)) return path;
+  }
+  return std::nullopt;
 }
 
 std::optional<JointPath> TransportMotions::reachPath(std::size_t holder,
@@ -460,12 +488,15 @@ std::optional<JointPath> TransportMotions::homePath(std::size_t holder, const Tr
                             seedFor(holder, kHome, grasp), known);
 }
 
-bool TransportMotions::knownToFail(const TransportTuple& tuple, const Motions& motions) const {
-  if (last() == 0 || problem_.settings.independent) return false;
+const TransportMotions::FailedCarry* TransportMotions::knownToFail(const TransportTuple& tuple,
+                                                                   const Motions& motions) const {
+  if (last() == 0 || problem_.settings.independent) return nullptr;
   const ArmVector q = takeConfiguration(last(), motions);
-  return std::any_of(failed_carries_.begin(), failed_carries_.end(), [&](const FailedCarry& it) {
-    return it.place == tuple.holders.back().give.grasp && it.q == q;
-  });
+  const auto found =
+      std::find_if(failed_carries_.begin(), failed_carries_.end(), [&](const FailedCarry& it) {
+        return it.place == tuple.holders.back().give.grasp && it.q == q;
+      });
+  return found == failed_carries_.end() ? nullptr : &*found;
 }
 
 /// What fails most and costs least to find out comes first.
@@ -492,16 +523,20 @@ std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple&
   // The last holder carries it away when the giver is back, whatever comes before. A carry that was
   // not found is not sought again: with another grasp the giver's hand, at home, is only opened
   // otherwise.
-  if (knownToFail(tuple, motions)) return failure(last(), kCarry);
+  if (const auto* failed = knownToFail(tuple, motions)) {
+    return failure(last(), kCarry, failed->cause);
+  }
+  Cause cause = Cause::kNoPath;
   const auto carry = [&](std::size_t holder) {
-    auto path = carryPath(holder, tuple, motions);
+    auto path = carryPath(holder, tuple, motions, cause);
+    if (!path && n == 1) path = carryElsewhere(tuple, motions);
     if (path) motions.carries[holder] = std::move(*path);
     return path.has_value();
   };
   if (last() > 0 && !carry(last())) {
     failed_carries_.push_back(
-        {tuple.holders.back().give.grasp, takeConfiguration(last(), motions)});
-    return failure(last(), kCarry);
+        {tuple.holders.back().give.grasp, takeConfiguration(last(), motions), cause});
+    return failure(last(), kCarry, cause);
   }
   if (!problem_.task.held_by) {
     const auto& pick = pickMotion(tuple.holders.front().take);
@@ -509,7 +544,7 @@ std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple&
     motions.pick = &*pick;
   }
   for (std::size_t k = 0; k < n; ++k) {
-    if ((k < last() || n == 1) && !carry(k)) return failure(k, kCarry);
+    if ((k < last() || n == 1) && !carry(k)) return failure(k, kCarry, cause);
     if (k == last()) break;
     auto reach = reachPath(k + 1, tuple, motions);
     if (!reach) return failure(k + 1, kReach);

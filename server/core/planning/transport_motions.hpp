@@ -7,6 +7,7 @@
 #include "core/planning/linear_motion.hpp"
 #include "core/planning/transport_path.hpp"
 
+#include <deque>
 #include <map>
 #include <optional>
 #include <set>
@@ -115,6 +116,7 @@ class TransportMotions {
   struct FailedCarry {
     int place;
     ArmVector q;  ///< where it began
+    Cause cause;
   };
 
   /// Everything that connect() finds, by holder or handover.
@@ -155,13 +157,17 @@ class TransportMotions {
 
   /// As everything stands when holder's carry begins: holders before it at home with open hands.
   CellState stateBefore(std::size_t holder, const TransportTuple& tuple) const;
+  /// @param[out] cause  why there is none.
   std::optional<JointPath> carryPath(std::size_t holder, const TransportTuple& tuple,
-                                     const Motions& motions);
+                                     const Motions& motions, Cause& cause);
+  /// Of a chain of one, if there is none to the place chosen: to another configuration there.
+  /// @param[out] motions  with that place.
+  std::optional<JointPath> carryElsewhere(const TransportTuple& tuple, Motions& motions);
   std::optional<JointPath> reachPath(std::size_t holder, const TransportTuple& tuple,
                                      const Motions& motions);
   std::optional<JointPath> homePath(std::size_t holder, const TransportTuple& tuple,
                                     const Motions& motions);
-  bool knownToFail(const TransportTuple& tuple, const Motions& motions) const;
+  const FailedCarry* knownToFail(const TransportTuple& tuple, const Motions& motions) const;
   std::optional<MotionFailure> findMotions(const TransportTuple& tuple, Motions& motions);
   ArmVector takeConfiguration(std::size_t holder, const Motions& motions) const;
   ArmVector giveConfiguration(std::size_t holder, const Motions& motions) const;
@@ -183,6 +189,7 @@ class TransportMotions {
   std::map<int, Pick> picks_;  ///< by the first holder's grasp
   /// By the last holder's grasp, and the first of its configurations.
   std::map<std::pair<int, std::vector<double>>, std::optional<PlaceMotion>> places_;
+  std::deque<PlaceMotion> elsewhere_;  ///< of carryElsewhere()
   std::vector<FailedCarry> failed_carries_;
 
   /// Two grasps at one handover.

@@ -62,6 +62,24 @@ TEST(Cell, ResolvesRobotsObjectsAndTasksIntoTheWorld) {
                   .isApprox(-Eigen::Vector3d::UnitZ(), 1e-12));
 }
 
+TEST(Cell, KeepsHowFarTheObjectMayLean) {
+  const TinyRoot root;
+  const Cell cell =
+      root.load(with(kTinyCell, "goal_rest: [table]",
+                     "goal_rest: [table]\n    upright: {axis: [0, 0, -2], within_deg: 12.5}"));
+  const Cell::Instance instance = instanceOf(cell);
+  EXPECT_EQ(instance.tasks[0].upright, std::nullopt);
+  EXPECT_EQ(instance.tasks[1].upright, (UprightSnapshot{{0, 0, -2}, 12.5}));
+  SceneTask task = instance.tasks[1];
+  EXPECT_EQ(snapshot(*instance.scene, task, 1).upright, task.upright);
+  // A plan depends on it.
+  const std::string hash = sceneHash(*instance.scene, task);
+  task.upright->within_deg = 12;
+  EXPECT_NE(sceneHash(*instance.scene, task), hash);
+  task.upright.reset();
+  EXPECT_NE(sceneHash(*instance.scene, task), hash);
+}
+
 TEST(Cell, LetsAnObjectStartOnWhatItsTaskSays) {
   const auto restOf = [](const std::string& start) {
     const TinyRoot root;
@@ -241,6 +259,23 @@ INSTANTIATE_TEST_SUITE_P(
                 "is 'cup'"},
         BadCell{"goal_rest", "goal_rest: [table]", "goal_rest: [cup]",
                 "39: tasks.fetch.goal_rest: rests on itself"},
+        BadCell{"upright_no_map", "goal_rest: [table]", "upright: true",
+                "39: tasks.fetch.upright: must be a map, not 'true'"},
+        BadCell{"upright_axis", "goal_rest: [table]", "upright: {axis: [0, 0, 0], within_deg: 5}",
+                "39: tasks.fetch.upright.axis: is zero"},
+        BadCell{"upright_flat", "goal_rest: [table]", "upright: {axis: [0, 1], within_deg: 5}",
+                "39: tasks.fetch.upright.axis: must be a list of three numbers"},
+        BadCell{"upright_beyond", "goal_rest: [table]",
+                "upright: {axis: [0, 0, 1], within_deg: 180.5}",
+                "39: tasks.fetch.upright.within_deg: must be within 0 and 180, not '180.5'"},
+        BadCell{"upright_below", "goal_rest: [table]", "upright: {axis: [0, 0, 1], within_deg: -1}",
+                "39: tasks.fetch.upright.within_deg: must be within 0 and 180, not '-1'"},
+        BadCell{"upright_how_far", "goal_rest: [table]", "upright: {axis: [0, 0, 1]}",
+                "39: tasks.fetch.upright: has no 'within_deg'"},
+        BadCell{"upright_key", "goal_rest: [table]",
+                "upright: {axis: [0, 0, 1], within_deg: 5, within: 5}",
+                "39: tasks.fetch.upright.within: unknown key; the nearest known one is "
+                "'within_deg'"},
         BadCell{"quoted_number", "radius: 0.03", "radius: '0.03'",
                 "23: objects.cup.geometry.radius: must be a finite number, not the text '0.03'"},
         BadCell{"decimal_comma", "radius: 0.03", "radius: '0,03'",

@@ -49,11 +49,14 @@ TEST_F(Overrides, MayAddKeysThatTheFileLeftOut) {
   const Cell::Instance instance = apply({{"robots.left.base.rpy_deg", "[0, 0, 90]"},
                                          {"robots.right.joints.swing", "0.25"},
                                          {"robots.right.posture", "home"},
-                                         {"tasks.serve.start.xyz", "[1, 1, 1]"}});
+                                         {"tasks.serve.start.xyz", "[1, 1, 1]"},
+                                         {"tasks.fetch.upright.axis", "[1, 0, 0]"},
+                                         {"tasks.fetch.upright.within_deg", "7"}});
   EXPECT_EQ(instance.scene->robots[0].X_WB.linear(),
             rotationFromRpy(0, 0, M_PI / 2).array().round().matrix());
   EXPECT_EQ(instance.scene->robots[1].q_start[0], 0.25);
   EXPECT_EQ(instance.tasks[0].X_WO_start.translation(), Eigen::Vector3d(1, 1, 1));
+  EXPECT_EQ(instance.tasks[1].upright, (UprightSnapshot{{1, 0, 0}, 7}));
 }
 
 TEST_F(Overrides, MoveARobotWithWhatItStandsOn) {

@@ -104,6 +104,32 @@ TEST(IkBiRrt, BeginsWithKnownWays) {
   EXPECT_FALSE(planIkBiRrt(problem, start, listOf({end}), settings, {}));
 }
 
+TEST(IkBiRrt, GrowsAlongASheetThatItsStatesAreProjectedOnto) {
+  // A shell of a ball, and on it a wall with a way round at one side only.
+  MotionProblem problem = emptyProblem(3);
+  problem.valid = [](const ArmVector& q) {
+    const bool wall = std::abs(q[0]) < 0.1 && q[1] > -1.2;
+    return std::abs(q.norm() - 2) <= 0.02 && !wall;
+  };
+  const ArmVector start = joints({2, 0, 0}), end = joints({-1.2, 1.6, 0});
+  IkBiRrtSettings settings;
+  settings.max_iterations = 2'000;
+  EXPECT_FALSE(planIkBiRrt(problem, start, listOf({end}), settings, {}));
+  problem.project = [](ArmVector& q) {
+    const double norm = q.norm();
+    if (!(norm > 0.1)) return false;
+    q *= 2 / norm;
+    return true;
+  };
+  const auto path = planIkBiRrt(problem, start, listOf({end}), settings, {});
+  ASSERT_TRUE(path) << path.error().detail;
+  EXPECT_EQ(path->waypoints.front(), start);
+  EXPECT_EQ(path->waypoints.back(), end);
+  EXPECT_TRUE(pathValid(problem, *path, 0.01));
+  const auto again = planIkBiRrt(problem, start, listOf({end}), settings, {});
+  EXPECT_EQ(bytesOf(*again), bytesOf(*path));
+}
+
 TEST(IkBiRrt, PassesAHoleInSevenJoints) {
   const MotionProblem problem = wallProblem(7, 1.2);
   const ArmVector start = joints({-2, -2, -2, -2, -2, -2, -2}), end = joints({2, 2, 2, 2, 2, 2, 2});
