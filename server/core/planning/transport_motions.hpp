@@ -111,10 +111,13 @@ class TransportMotions {
     JointPath approach, retreat;  ///< the receiver's, on to q_r; the giver's, back from q_g
   };
 
-  /// A carry to the last grasp that was not found.
-  struct FailedCarry {
-    int place;
-    ArmVector q;  ///< where it began
+  /// A free motion that was not found.
+  struct FailedMotion {
+    std::size_t holder;
+    StageAction action;
+    int grasp;             ///< of the holder, where it gives the object
+    ArmVector q, q_other;  ///< the holder's arm at the handover, and who else is there
+    bool operator==(const FailedMotion&) const = default;
   };
 
   /// Everything that connect() finds, by holder or handover.
@@ -161,7 +164,10 @@ class TransportMotions {
                                      const Motions& motions);
   std::optional<JointPath> homePath(std::size_t holder, const TransportTuple& tuple,
                                     const Motions& motions);
-  bool knownToFail(const TransportTuple& tuple, const Motions& motions) const;
+  FailedMotion lastCarry(const TransportTuple& tuple, const Motions& motions) const;
+  FailedMotion wayHome(std::size_t holder, const TransportTuple& tuple,
+                       const Motions& motions) const;
+  bool knownToFail(const FailedMotion& motion) const;
   std::optional<MotionFailure> findMotions(const TransportTuple& tuple, Motions& motions);
   ArmVector takeConfiguration(std::size_t holder, const Motions& motions) const;
   ArmVector giveConfiguration(std::size_t holder, const Motions& motions) const;
@@ -183,7 +189,7 @@ class TransportMotions {
   std::map<int, Pick> picks_;  ///< by the first holder's grasp
   /// By the last holder's grasp, and the first of its configurations.
   std::map<std::pair<int, std::vector<double>>, std::optional<PlaceMotion>> places_;
-  std::vector<FailedCarry> failed_carries_;
+  std::vector<FailedMotion> failed_motions_;
 
   /// Two grasps at one handover.
   struct HandsAt {
