@@ -528,6 +528,7 @@ std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple&
     auto home = homePath(k, tuple, motions);
     if (!home) {
       failed_motions_.push_back(wayHome(k, tuple, motions));
+      ++failed_ways_home_;
       return failure(k, kHome);
     }
     motions.homes[k] = std::move(*home);

@@ -64,6 +64,9 @@ class TransportMotions {
   /// How many searches for a free motion by trees have found nothing.
   std::uint32_t failedTrees() const { return free_motion_.failedTrees(); }
 
+  /// How many ways home of givers were sought in vain.
+  std::uint32_t failedWaysHome() const { return failed_ways_home_; }
+
   /// Drops the receiver's leading configurations until one has a collision-free straight approach,
   /// the giver out of the way; false, nothing changed, if none has.
   bool keepApproachable(std::size_t handover, const Pose& X_WH, FeasibleGrasp& receive);
@@ -200,7 +203,7 @@ class TransportMotions {
 
   std::set<HandsAt> hopeless_hands_;
   std::map<std::pair<std::size_t, int>, HandConflicts> hand_conflicts_;  ///< by receiver's grasp
-  std::uint32_t failed_ik_solves_ = 0, ik_looks_ = 0;
+  std::uint32_t failed_ik_solves_ = 0, ik_looks_ = 0, failed_ways_home_ = 0;
 };
 
 }  // namespace handover
