@@ -704,6 +704,7 @@ bool ChainSearch::searchScattered(HandoverCandidates& counts, std::uint32_t& not
 /// What a tier has counted, to its end or to the deadline.
 void ChainSearch::finishCounts(HandoverCandidates counts) {
   state_.counts.poses_asked += counts.poses_tried;
+  state_.counts.last_poses += counts.poses;
   counts.causes = rejects_.counts();
   state_.counts.handover_rejects.add(rejects_);
   if (!state_.cancelled()) state_.sink.emit(std::move(counts));

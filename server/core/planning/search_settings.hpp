@@ -118,8 +118,9 @@ struct SearchSettings {
   /// So few grasps of the first holder are tried by themselves before these poses; all of them
   /// together with so many times the effort of one.
   std::size_t few_takes = 16, takes_patience = 64;
-  /// Failed IK solves of arms without a closed form, for each tier of `wide`: about a second.
-  std::uint32_t most_failed_ik = 10'000;
+  /// Failed IK solves of arms without a closed form, for each tier of `wide`: 0.2 s. Of 240 requests
+  /// drawn about two such arms 10,000 solved one more, and took 2 s where none was solved.
+  std::uint32_t most_failed_ik = 2'000;
   std::size_t tuples_per_pose = 3;  ///< tuples of one pose whose motions are tried
   /// Lattice points with so many failed motions so near [m] wait until all others are tried:
   /// neighbours fail alike.

@@ -128,6 +128,14 @@ TEST_F(PlanningStepsTest, NoArmOfTheRobotOnTheFarSideReaches) {
   EXPECT_EQ(ranking.scores[0].rejected, Cause::kNotInMap);
 }
 
+TEST_F(PlanningStepsTest, WhatIsBeyondAnArmsLengthIsProvenOutOfReach) {
+  const Pose X_WO_far(Eigen::Translation3d(7, 0, 1));
+  const ArmRanking ranking =
+      rankArms(problem_, ChainHolder{crichton_, {}}, 0, X_WO_far, Deadline());
+  EXPECT_TRUE(ranking.arms.empty());
+  EXPECT_TRUE(ranking.proven);
+}
+
 /// The motions of Crichton's right arm alone.
 class ArmMotionsTest : public PlanningStepsTest {
  protected:
