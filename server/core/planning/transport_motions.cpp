@@ -479,6 +479,13 @@ bool TransportMotions::knownToFail(const FailedMotion& motion) const {
   return std::find(failed_motions_.begin(), failed_motions_.end(), motion) != failed_motions_.end();
 }
 
+MotionFailure TransportMotions::noWay(std::size_t holder, StageAction action) {
+  if (holder < last()) {
+    most_failed_ways_ = std::max(most_failed_ways_, ++failed_ways_[{holder, action}]);
+  }
+  return {{static_cast<std::uint32_t>(holder), action}, Cause::kNoPath, {}};
+}
+
 /// What fails most and costs least to find out comes first.
 std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple& tuple,
                                                            Motions& motions) {
@@ -520,7 +527,7 @@ std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple&
     if (knownToFail(wayHome(k, tuple, motions))) return failure(k, kHome);
   }
   for (std::size_t k = 0; k < n; ++k) {
-    if ((k < last() || n == 1) && !carry(k)) return failure(k, kCarry);
+    if ((k < last() || n == 1) && !carry(k)) return noWay(k, kCarry);
     if (k == last()) break;
     auto reach = reachPath(k + 1, tuple, motions);
     if (!reach) return failure(k + 1, kReach);
@@ -528,8 +535,7 @@ std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple&
     auto home = homePath(k, tuple, motions);
     if (!home) {
       failed_motions_.push_back(wayHome(k, tuple, motions));
-      ++failed_ways_home_;
-      return failure(k, kHome);
+      return noWay(k, kHome);
     }
     motions.homes[k] = std::move(*home);
   }

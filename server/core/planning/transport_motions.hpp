@@ -64,8 +64,9 @@ class TransportMotions {
   /// How many searches for a free motion by trees have found nothing.
   std::uint32_t failedTrees() const { return free_motion_.failedTrees(); }
 
-  /// How many ways home of givers were sought in vain.
-  std::uint32_t failedWaysHome() const { return failed_ways_home_; }
+  /// How many ways of one giver, to where it gives the object or home, were sought in vain: the
+  /// most of one stage.
+  std::uint32_t failedWays() const { return most_failed_ways_; }
 
   /// Drops the receiver's leading configurations until one has a collision-free straight approach,
   /// the giver out of the way; false, nothing changed, if none has.
@@ -167,6 +168,7 @@ class TransportMotions {
                                      const Motions& motions);
   std::optional<JointPath> homePath(std::size_t holder, const TransportTuple& tuple,
                                     const Motions& motions);
+  MotionFailure noWay(std::size_t holder, StageAction action);
   FailedMotion lastCarry(const TransportTuple& tuple, const Motions& motions) const;
   FailedMotion wayHome(std::size_t holder, const TransportTuple& tuple,
                        const Motions& motions) const;
@@ -193,6 +195,7 @@ class TransportMotions {
   /// By the last holder's grasp, and the first of its configurations.
   std::map<std::pair<int, std::vector<double>>, std::optional<PlaceMotion>> places_;
   std::vector<FailedMotion> failed_motions_;
+  std::map<std::pair<std::size_t, StageAction>, std::uint32_t> failed_ways_;  ///< of givers
 
   /// Two grasps at one handover.
   struct HandsAt {
@@ -203,7 +206,7 @@ class TransportMotions {
 
   std::set<HandsAt> hopeless_hands_;
   std::map<std::pair<std::size_t, int>, HandConflicts> hand_conflicts_;  ///< by receiver's grasp
-  std::uint32_t failed_ik_solves_ = 0, ik_looks_ = 0, failed_ways_home_ = 0;
+  std::uint32_t failed_ik_solves_ = 0, ik_looks_ = 0, most_failed_ways_ = 0;
 };
 
 }  // namespace handover
