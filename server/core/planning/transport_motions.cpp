@@ -460,12 +460,30 @@ std::optional<JointPath> TransportMotions::homePath(std::size_t holder, const Tr
                             seedFor(holder, kHome, grasp), known);
 }
 
-bool TransportMotions::knownToFail(const TransportTuple& tuple, const Motions& motions) const {
-  if (last() == 0 || problem_.settings.independent) return false;
-  const ArmVector q = takeConfiguration(last(), motions);
-  return std::any_of(failed_carries_.begin(), failed_carries_.end(), [&](const FailedCarry& it) {
-    return it.place == tuple.holders.back().give.grasp && it.q == q;
-  });
+TransportMotions::FailedMotion TransportMotions::lastCarry(const TransportTuple& tuple,
+                                                           const Motions& motions) const {
+  return {last(), kCarry, tuple.holders.back().give.grasp, takeConfiguration(last(), motions), {}};
+}
+
+TransportMotions::FailedMotion TransportMotions::wayHome(std::size_t holder,
+                                                         const TransportTuple& tuple,
+                                                         const Motions& motions) const {
+  const DualGrasp& hands = motions.dual_grasps[holder];
+  return {holder, kHome, tuple.holders[holder].give.grasp, hands.q_g, hands.q_r};
+}
+
+/// What was not found is not sought again where only little is otherwise: hands at home that are
+/// opened differently, the way by which the arm came.
+bool TransportMotions::knownToFail(const FailedMotion& motion) const {
+  if (problem_.settings.independent) return false;
+  return std::find(failed_motions_.begin(), failed_motions_.end(), motion) != failed_motions_.end();
+}
+
+MotionFailure TransportMotions::noWay(std::size_t holder, StageAction action) {
+  if (holder < last()) {
+    most_failed_ways_ = std::max(most_failed_ways_, ++failed_ways_[{holder, action}]);
+  }
+  return {{static_cast<std::uint32_t>(holder), action}, Cause::kNoPath, {}};
 }
 
 /// What fails most and costs least to find out comes first.
@@ -489,18 +507,15 @@ std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple&
   motions.reaches.resize(n);
   motions.carries.resize(n);
   motions.homes.resize(n);
-  // The last holder carries it away when the giver is back, whatever comes before. A carry that was
-  // not found is not sought again: with another grasp the giver's hand, at home, is only opened
-  // otherwise.
-  if (knownToFail(tuple, motions)) return failure(last(), kCarry);
+  // The last holder carries it away when the giver is back, whatever comes before.
+  if (last() > 0 && knownToFail(lastCarry(tuple, motions))) return failure(last(), kCarry);
   const auto carry = [&](std::size_t holder) {
     auto path = carryPath(holder, tuple, motions);
     if (path) motions.carries[holder] = std::move(*path);
     return path.has_value();
   };
   if (last() > 0 && !carry(last())) {
-    failed_carries_.push_back(
-        {tuple.holders.back().give.grasp, takeConfiguration(last(), motions)});
+    failed_motions_.push_back(lastCarry(tuple, motions));
     return failure(last(), kCarry);
   }
   if (!problem_.task.held_by) {
@@ -508,14 +523,20 @@ std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple&
     if (!pick) return failure(0, kReach);
     motions.pick = &*pick;
   }
+  for (std::size_t k = 0; k < last(); ++k) {
+    if (knownToFail(wayHome(k, tuple, motions))) return failure(k, kHome);
+  }
   for (std::size_t k = 0; k < n; ++k) {
-    if ((k < last() || n == 1) && !carry(k)) return failure(k, kCarry);
+    if ((k < last() || n == 1) && !carry(k)) return noWay(k, kCarry);
     if (k == last()) break;
     auto reach = reachPath(k + 1, tuple, motions);
     if (!reach) return failure(k + 1, kReach);
     motions.reaches[k + 1] = std::move(*reach);
     auto home = homePath(k, tuple, motions);
-    if (!home) return failure(k, kHome);
+    if (!home) {
+      failed_motions_.push_back(wayHome(k, tuple, motions));
+      return noWay(k, kHome);
+    }
     motions.homes[k] = std::move(*home);
   }
   return std::nullopt;
