@@ -63,7 +63,8 @@ class PacketGuard {
 /// Counts what guarded transports dropped.
 using DropCounter = std::atomic<std::uint64_t>;
 
-/// The transport of `below` behind a guard that drops datagrams with a fault and counts them.
+/// The transport of `below` behind a guard that drops datagrams with a fault, counts them, and sees
+/// to the leases of participants (ParticipantLeases).
 std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> guarded(
     std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> below,
     std::shared_ptr<DropCounter> dropped);
