@@ -130,8 +130,8 @@ bool fromEprosima(Bytes datagram) { return datagram[6] == 0x01 && datagram[7] ==
 class GuardedTransport final : public rtps::ChainingTransport {
  public:
   GuardedTransport(const rtps::ChainingTransportDescriptor& descriptor,
-                   std::shared_ptr<DropCounter> dropped)
-      : ChainingTransport(descriptor), dropped_(std::move(dropped)) {}
+                   std::shared_ptr<GuardWatch> watch)
+      : ChainingTransport(descriptor), watch_(std::move(watch)) {}
 
   rtps::TransportDescriptorInterface* get_configuration() override {
     return low_level_transport_->get_configuration();
@@ -149,15 +149,17 @@ class GuardedTransport final : public rtps::ChainingTransport {
                std::uint32_t size, const eprosima::fastrtps::rtps::Locator_t& local,
                const eprosima::fastrtps::rtps::Locator_t& remote) override {
     const auto pass = [&](Bytes datagram) {
-      next->OnDataReceived(datagram.data(), static_cast<std::uint32_t>(datagram.size()), local,
-                           remote);
+      watch_->watch([&] {
+        next->OnDataReceived(datagram.data(), static_cast<std::uint32_t>(datagram.size()), local,
+                             remote);
+      });
     };
     const Bytes datagram{data, size};
     const bool faulty = guard_.fault(datagram).has_value();
     const auto heard = faulty ? ParticipantLeases::Heard{} : leases_.hear(datagram, next);
     for (const auto& departure : leases_.departures(next)) pass(departure);
     if (faulty || heard.unendable) {
-      ++*dropped_;
+      ++watch_->dropped;
     } else {
       pass(heard.endless.empty() ? datagram : heard.endless);
     }
@@ -166,19 +168,19 @@ class GuardedTransport final : public rtps::ChainingTransport {
  private:
   PacketGuard guard_;
   ParticipantLeases leases_;
-  const std::shared_ptr<DropCounter> dropped_;
+  const std::shared_ptr<GuardWatch> watch_;
 };
 
 struct GuardedDescriptor final : public rtps::ChainingTransportDescriptor {
   GuardedDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> below,
-                    std::shared_ptr<DropCounter> counter)
-      : ChainingTransportDescriptor(std::move(below)), dropped(std::move(counter)) {}
+                    std::shared_ptr<GuardWatch> watching)
+      : ChainingTransportDescriptor(std::move(below)), watch(std::move(watching)) {}
 
   rtps::TransportInterface* create_transport() const override {
-    return new GuardedTransport(*this, dropped);
+    return new GuardedTransport(*this, watch);
   }
 
-  const std::shared_ptr<DropCounter> dropped;
+  const std::shared_ptr<GuardWatch> watch;
 };
 
 }  // namespace
@@ -222,10 +224,25 @@ std::size_t PacketGuard::size() const {
   return writers_.size();
 }
 
+std::uint64_t GuardWatch::begin() {
+  const MutexLock lock(mutex_);
+  begun_.emplace(++numbers_, Clock::now());
+  return numbers_;
+}
+
+void GuardWatch::end(std::uint64_t number) {
+  const MutexLock lock(mutex_);
+  begun_.erase(number);
+}
+
+GuardWatch::Clock::duration GuardWatch::atOne(Clock::time_point now) const {
+  const MutexLock lock(mutex_);
+  return begun_.empty() ? Clock::duration{} : now - begun_.begin()->second;
+}
+
 std::shared_ptr<rtps::TransportDescriptorInterface> guarded(
-    std::shared_ptr<rtps::TransportDescriptorInterface> below,
-    std::shared_ptr<DropCounter> dropped) {
-  return std::make_shared<GuardedDescriptor>(std::move(below), std::move(dropped));
+    std::shared_ptr<rtps::TransportDescriptorInterface> below, std::shared_ptr<GuardWatch> watch) {
+  return std::make_shared<GuardedDescriptor>(std::move(below), std::move(watch));
 }
 
 }  // namespace handover::wire

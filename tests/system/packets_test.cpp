@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <deque>
 #include <random>
 
@@ -157,6 +158,33 @@ TEST_F(Packets, OfParticipantsThatLeaveAsTheirLeaseEndsDoNotEndIt) {
   EXPECT_EQ(dropped(), 0u);
   daemon_.signal(SIGTERM);
   EXPECT_EQ(daemon_.wait(5s), 0);
+}
+
+/// Not a daemon's: discovery's thread is held up by a callback.
+TEST(ReceivingThread, ThatHangsInADatagramIsSeen) {
+  const int domain = freeDomain();
+  std::atomic<bool> held = false;
+  std::atomic<bool> released = false;
+  wire::Participant participant(
+      {.domain = domain, .name = "held", .on_writer = [&](const wire::RemoteWriter&) {
+         held = true;
+         released.wait(false);
+       }});
+  wire::Participant other({.domain = domain, .name = "other", .on_writer = {}});
+  wire::Writer<msg::HandoverRequest> writer(other, {});
+  const auto eventually = [](auto condition) {
+    const auto until = std::chrono::steady_clock::now() + 20s;
+    while (!condition() && std::chrono::steady_clock::now() < until) {
+      std::this_thread::sleep_for(1ms);
+    }
+    return condition();
+  };
+  EXPECT_TRUE(eventually([&] { return held.load(); }));
+  EXPECT_TRUE(eventually([&] { return participant.atOneDatagram() > 300ms; }));
+  EXPECT_LT(other.atOneDatagram(), 300ms);
+  released = true;
+  released.notify_all();
+  EXPECT_TRUE(eventually([&] { return participant.atOneDatagram() < 300ms; }));
 }
 
 }  // namespace
