@@ -154,10 +154,11 @@ class GuardedTransport final : public rtps::ChainingTransport {
                              remote);
       });
     };
+    // First: who speaks now may have been let go meanwhile, and is met anew.
+    for (const auto& departure : leases_.departures(next)) pass(departure);
     const Bytes datagram{data, size};
     const bool faulty = guard_.fault(datagram).has_value();
     const auto heard = faulty ? ParticipantLeases::Heard{} : leases_.hear(datagram, next);
-    for (const auto& departure : leases_.departures(next)) pass(departure);
     if (faulty || heard.unendable) {
       ++watch_->dropped;
     } else {

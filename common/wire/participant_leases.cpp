@@ -24,8 +24,6 @@ enum Parameter : std::uint16_t {
   kKeyHash = 0x70,
 };
 
-/// Our own announcements come in every 200 ms: longer silence is time in which we did not listen.
-constexpr auto kLongestStep = 500ms;
 /// Between looks for those that were silent.
 constexpr auto kLook = 50ms;
 /// A domain has at most 120 participants of a machine; who is heard stays.
@@ -171,15 +169,14 @@ ParticipantLeases::Heard ParticipantLeases::hear(Bytes datagram, Channel channel
     if (found) announced.push_back(std::move(*found));
   });
   const MutexLock lock(mutex_);
-  listen(now);
   for (const GuidPrefix& speaker : speakers) {
     const auto found = known_.find(speaker);
-    if (found != known_.end()) found->second.heard = listened_;
+    if (found != known_.end()) found->second.heard = now;
   }
   if (heard.unendable || announced.empty()) return heard;
   heard.endless.assign(datagram.begin(), datagram.end());
   for (const Announced& each : announced) {
-    Known& known = know(each.from);
+    Known& known = know(each.from, now);
     known.lease = each.announcement.lease;
     known.last_sample = std::max(known.last_sample, each.sample);
     known.channels.insert(channel);
@@ -190,13 +187,7 @@ ParticipantLeases::Heard ParticipantLeases::hear(Bytes datagram, Channel channel
   return heard;
 }
 
-void ParticipantLeases::listen(Clock::time_point now) {
-  const auto step = std::chrono::duration_cast<Listening>(now - last_);
-  listened_ += std::clamp<Listening>(step, 0ms, kLongestStep);
-  last_ = std::max(last_, now);
-}
-
-ParticipantLeases::Known& ParticipantLeases::know(const GuidPrefix& prefix) {
+ParticipantLeases::Known& ParticipantLeases::know(const GuidPrefix& prefix, Clock::time_point now) {
   const auto found = known_.find(prefix);
   if (found != known_.end()) return found->second;
   if (known_.size() >= kMostParticipants) {
@@ -205,7 +196,7 @@ ParticipantLeases::Known& ParticipantLeases::know(const GuidPrefix& prefix) {
     }));
   }
   Known& made = known_[prefix];
-  made.heard = listened_;
+  made.heard = now;
   return made;
 }
 
@@ -217,19 +208,20 @@ void ParticipantLeases::depart(Participants::iterator gone) {
   known_.erase(gone);
 }
 
-void ParticipantLeases::departSilent() {
-  if (listened_ < looked_ + kLook) return;
-  looked_ = listened_;
+void ParticipantLeases::departSilent(Clock::time_point now) {
+  if (now < looked_ + kLook) return;
+  looked_ = now;
   for (auto it = known_.begin(); it != known_.end();) {
     const auto next = std::next(it);
-    if (listened_ - it->second.heard > it->second.lease) depart(it);
+    if (now - it->second.heard > it->second.lease) depart(it);
     it = next;
   }
 }
 
-std::vector<ParticipantLeases::Datagram> ParticipantLeases::departures(Channel channel) {
+std::vector<ParticipantLeases::Datagram> ParticipantLeases::departures(Channel channel,
+                                                                       Clock::time_point now) {
   const MutexLock lock(mutex_);
-  departSilent();
+  departSilent(now);
   const auto found = departures_.find(channel);
   if (found == departures_.end()) return {};
   std::vector<Datagram> taken = std::move(found->second);

@@ -41,33 +41,31 @@ class ParticipantLeases {
 
   /// Of each participant that was silent for its lease, or longest when there are too many, and was
   /// announced through `channel`, that it leaves. Each is said once, and the participant forgotten.
-  std::vector<Datagram> departures(Channel channel);
+  /// A process that was itself stopped for so long lets all go, as they let it go: both sides begin
+  /// anew then.
+  std::vector<Datagram> departures(Channel channel, Clock::time_point now = Clock::now());
 
   /// Of participants that are known.
   std::size_t size() const;
 
  private:
-  /// Time in which datagrams came: whoever was stopped itself heard nobody meanwhile.
-  using Listening = std::chrono::microseconds;
-
   struct Known {
-    Listening heard{}, lease{};
+    Clock::time_point heard;
+    std::chrono::microseconds lease{};
     std::int64_t last_sample = 0;  ///< of its announcements
     std::set<Channel> channels;
   };
 
   using Participants = std::map<GuidPrefix, Known>;
 
-  void listen(Clock::time_point now) HANDOVER_REQUIRES(mutex_);
-  Known& know(const GuidPrefix& prefix) HANDOVER_REQUIRES(mutex_);
+  Known& know(const GuidPrefix& prefix, Clock::time_point now) HANDOVER_REQUIRES(mutex_);
   void depart(Participants::iterator gone) HANDOVER_REQUIRES(mutex_);
-  void departSilent() HANDOVER_REQUIRES(mutex_);
+  void departSilent(Clock::time_point now) HANDOVER_REQUIRES(mutex_);
 
   mutable Mutex mutex_;
   Participants known_ HANDOVER_GUARDED_BY(mutex_);
   std::map<Channel, std::vector<Datagram>> departures_ HANDOVER_GUARDED_BY(mutex_);
-  Clock::time_point last_ HANDOVER_GUARDED_BY(mutex_);
-  Listening listened_ HANDOVER_GUARDED_BY(mutex_){0}, looked_ HANDOVER_GUARDED_BY(mutex_){0};
+  Clock::time_point looked_ HANDOVER_GUARDED_BY(mutex_);
 };
 
 }  // namespace handover::wire
