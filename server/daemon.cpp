@@ -3,6 +3,7 @@
 
 #include "dds/dds_endpoint.hpp"
 #include "dds/self_check.hpp"
+#include "exit_code.hpp"
 #include "service_manager.hpp"
 #include "wire/entities.hpp"
 
@@ -67,6 +68,7 @@ bool runDaemon(PlanService& service, const DaemonOptions& options, DaemonSignals
   settings.version = HANDOVER_VERSION;
   settings.on_prepare_failed = [&prepare_failed](const std::string&) {
     prepare_failed = true;
+    DaemonSignals::setExitOfHang(kExitConfiguration);
     kill(getpid(), SIGTERM);  // main waits for a signal, this is one
   };
   Runtime runtime(service, *endpoint, settings);
@@ -78,6 +80,7 @@ bool runDaemon(PlanService& service, const DaemonOptions& options, DaemonSignals
                           .on_deaf =
                               [&deaf] {
                                 deaf = true;
+                                DaemonSignals::setExitOfHang(kExitDds);
                                 kill(getpid(), SIGTERM);
                               },
                           .patience = options.patience});

@@ -32,11 +32,14 @@ sigset_t daemonSignalSet() {
   return set;
 }
 
+std::atomic<int> exit_of_hang = 0;
+static_assert(std::atomic<int>::is_always_lock_free);  // read in a handler
+
 /// The time for stopping is over.
 void endNow(int) {
   constexpr std::string_view text = "handoverd: the stop hangs and is cut short\n";
   [[maybe_unused]] const ssize_t ignored = ::write(STDERR_FILENO, text.data(), text.size());
-  ::_exit(0);
+  ::_exit(exit_of_hang);
 }
 
 void limitStop() {
@@ -57,6 +60,8 @@ void DaemonSignals::leaveThem() {
   const sigset_t set = daemonSignalSet();
   pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
 }
+
+void DaemonSignals::setExitOfHang(int code) { exit_of_hang = code; }
 
 DaemonSignals::DaemonSignals() : set_(daemonSignalSet()) {
   pthread_sigmask(SIG_BLOCK, &set_, nullptr);

@@ -15,7 +15,7 @@ namespace handover {
 
 /// Takes SIGTERM and SIGINT (stop), SIGHUP (read the cells again), SIGUSR1 and SIGUSR2 (nothing)
 /// from the calling thread and all that it starts from then on. From the first stop signal on the
-/// process has kLongestStop: whatever it hangs in, it ends then, with exit code 0.
+/// process has kLongestStop: whatever it hangs in, it ends then.
 class DaemonSignals {
  public:
   static constexpr unsigned kLongestStop = 4;  ///< [s]; with the end itself within the 5 promised
@@ -31,6 +31,9 @@ class DaemonSignals {
 
   /// Waits for the next stop signal or SIGHUP, in the order of their coming.
   int wait();
+
+  /// What a stop that hangs exits with: 0 unless said. From any thread.
+  static void setExitOfHang(int code);
 
   /// Cancelled by the first stop signal.
   const Deadline& stopping() const { return stopping_; }

@@ -16,6 +16,7 @@
 #include "cells/decomposition_cache.hpp"
 #include "cells/scene_check.hpp"
 #include "daemon.hpp"
+#include "exit_code.hpp"
 #include "runtime/memory.hpp"
 #include "settings/check.hpp"
 #include "settings/roots.hpp"
@@ -40,14 +41,6 @@
 
 namespace handover {
 namespace {
-
-enum ExitCode : int {
-  kExitDone = 0,
-  kExitInternal = 1,
-  kExitUsage = 2,
-  kExitConfiguration = 3,
-  kExitDds = 4,
-};
 
 struct Options {
   std::vector<std::string> cells;

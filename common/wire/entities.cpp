@@ -3,7 +3,6 @@
 
 #include "wire/message_type.hpp"
 #include "wire/packet_guard.hpp"
-#include "wire/sleep_silence.hpp"
 
 #include <handover/common/domain.hpp>
 #include <handover/common/log.hpp>
@@ -100,7 +99,7 @@ Guid toGuid(const rtps::GUID_t& guid) {
 Guid toGuid(const rtps::InstanceHandle_t& handle) { return toGuid(rtps::iHandle2GUID(handle)); }
 
 dds::DomainParticipantQos participantQos(const std::string& name,
-                                         std::shared_ptr<DropCounter> dropped) {
+                                         std::shared_ptr<GuardWatch> watch) {
   dds::DomainParticipantQos qos = dds::PARTICIPANT_QOS_DEFAULT;
   qos.name(name);
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
@@ -109,13 +108,13 @@ dds::DomainParticipantQos participantQos(const std::string& name,
   udp->sendBufferSize = 4 << 20;
   udp->receiveBufferSize = 4 << 20;
   qos.transport().use_builtin_transports = false;
-  qos.transport().user_transports.push_back(guarded(udp, std::move(dropped)));
+  qos.transport().user_transports.push_back(guarded(udp, std::move(watch)));
   rtps::Locator_t loopback;
   eprosima::fastrtps::rtps::IPLocator::setIPv4(loopback, "127.0.0.1");
   auto& builtin = qos.wire_protocol().builtin;
   builtin.initialPeersList.push_back(loopback);
   builtin.metatrafficUnicastLocatorList.push_back(loopback);
-  builtin.discovery_config.leaseDuration = {kParticipantLease.count(), 0};
+  builtin.discovery_config.leaseDuration = {3, 0};
   // A lost first exchange waits for the next announcement: 3 s by default.
   builtin.discovery_config.leaseDuration_announcementperiod = {0, 200'000'000};
   builtin.discovery_config.initial_announcements = {10, {0, 20'000'000}};
@@ -257,7 +256,7 @@ struct Participant::Impl : public dds::DomainParticipantListener {
   ParticipantOptions options;
   dds::DomainParticipant* participant = nullptr;
   std::array<dds::Topic*, kTopicCount> topics{};
-  const std::shared_ptr<DropCounter> dropped = std::make_shared<DropCounter>(0);
+  const std::shared_ptr<GuardWatch> watch = std::make_shared<GuardWatch>();
   mutable Mutex mutex;
   std::map<rtps::GuidPrefix_t, std::string> others HANDOVER_GUARDED_BY(mutex);  // names
 
@@ -279,7 +278,7 @@ struct Participant::Impl : public dds::DomainParticipantListener {
     factory_qos.entity_factory().autoenable_created_entities = false;
     factory->set_qos(factory_qos);
     participant = expect(factory->create_participant(static_cast<dds::DomainId_t>(options.domain),
-                                                     participantQos(options.name, dropped), this,
+                                                     participantQos(options.name, watch), this,
                                                      dds::StatusMask::none()),
                          "DDS participant");
     // Types first: whatever else uses a participant with unregistered types misses them.
@@ -340,7 +339,11 @@ int Participant::others(const std::string& name) const {
                                         [&](const auto& other) { return other.second == name; }));
 }
 
-std::uint64_t Participant::droppedPackets() const { return *impl_->dropped; }
+std::uint64_t Participant::droppedPackets() const { return impl_->watch->dropped; }
+
+std::chrono::steady_clock::duration Participant::atOneDatagram() const {
+  return impl_->watch->atOne();
+}
 
 struct WriterCore::Impl : public dds::DataWriterListener {
   std::shared_ptr<Participant::Impl> parent;

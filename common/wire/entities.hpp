@@ -74,6 +74,9 @@ class Participant {
   /// Datagrams that its guard has dropped (see packet_guard.hpp).
   std::uint64_t droppedPackets() const;
 
+  /// How long one of its receiving threads has been at one datagram (GuardWatch).
+  std::chrono::steady_clock::duration atOneDatagram() const;
+
   struct Impl;
 
  private:

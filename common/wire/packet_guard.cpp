@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wire/packet_guard.hpp"
 
-#include "wire/sleep_silence.hpp"
+#include "wire/participant_leases.hpp"
+#include "wire/submessages.hpp"
 
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 
 #include <algorithm>
-#include <string_view>
 #include <vector>
 
 namespace handover::wire {
@@ -15,20 +15,6 @@ namespace {
 
 namespace rtps = eprosima::fastdds::rtps;
 using Bytes = std::span<const std::uint8_t>;
-
-constexpr std::size_t kHeader = 20, kSubmessageHeader = 4;  // RTPS 2.3, 8.3.3
-
-enum SubmessageId : std::uint8_t {
-  kGapId = 0x08,
-  kHeartbeatId = 0x07,
-  kInfoTimestampId = 0x09,
-  kInfoSourceId = 0x0c,
-  kPadId = 0x01,
-  kHeartbeatFragId = 0x13,
-  kDataId = 0x15,
-  kDataFragId = 0x16,
-  kStatisticsId = 0x80,
-};
 
 /// A gap's samples are walked one by one: a millisecond's worth.
 constexpr std::int64_t kLongestGap = 65'536;
@@ -49,46 +35,6 @@ constexpr std::size_t kMostWriters = 4'096;
 constexpr std::int64_t kFarthestSample = std::int64_t{1} << 48;
 /// The smallest fragment anybody cuts (Cyclone DDS: 1344), with room; the largest sample of ours.
 constexpr std::uint32_t kSmallestFragment = 64, kLargestSample = 64 << 20;
-
-/// The content of a submessage, read in its byte order. Reading beyond the end gives zeros: look at
-/// the size first.
-struct Submessage {
-  std::uint8_t id = 0, flags = 0;
-  Bytes content;
-  bool last = false;
-
-  bool little() const { return (flags & 1) != 0; }
-
-  std::uint32_t number(std::size_t at, std::size_t size) const {
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < size && at + size <= content.size(); ++i) {
-      value = value << 8 | content[little() ? at + size - 1 - i : at + i];
-    }
-    return value;
-  }
-
-  std::uint16_t shortAt(std::size_t at) const { return static_cast<std::uint16_t>(number(at, 2)); }
-
-  std::uint32_t longAt(std::size_t at) const { return number(at, 4); }
-
-  /// A sequence number: the high half signed, then the low one.
-  std::int64_t sequenceAt(std::size_t at) const {
-    return static_cast<std::int64_t>(static_cast<std::uint64_t>(longAt(at)) << 32 | longAt(at + 4));
-  }
-};
-
-/// The submessage that begins a rest of a datagram; nullopt when it ends beyond it.
-std::optional<Submessage> firstOf(Bytes rest) {
-  if (rest.size() < kSubmessageHeader) return std::nullopt;
-  Submessage found{rest[0], rest[1], rest, false};
-  const std::size_t length = found.shortAt(2);
-  const Bytes after = rest.subspan(kSubmessageHeader);
-  if (length > after.size()) return std::nullopt;
-  // Without a length it is the last, to the end of the datagram; two kinds may be empty.
-  found.last = length == 0 && found.id != kInfoTimestampId && found.id != kPadId;
-  found.content = found.last ? after : after.first(length);
-  return found;
-}
 
 /// After the ids of reader and writer: first sample, base of the list.
 std::optional<PacketFault> gapFault(const Submessage& gap) {
@@ -118,26 +64,10 @@ std::optional<PacketFault> heartbeatFragmentFault(const Submessage& heartbeat) {
 /// After flags, offset and the ids of reader and writer: the sample.
 bool numberedTooFar(const Submessage& data) { return data.sequenceAt(12) > kFarthestSample; }
 
-/// Where the payload of a data submessage begins, whose own members end at `members`; nullopt when
-/// that is beyond the submessage.
-std::optional<std::size_t> payloadOf(const Submessage& data, std::size_t members) {
-  constexpr std::uint8_t kInlineQos = 2;
-  constexpr std::uint16_t kSentinel = 1;
-  std::size_t at = 4 + static_cast<std::size_t>(data.shortAt(2));
-  if (at < members || at > data.content.size()) return std::nullopt;
-  if ((data.flags & kInlineQos) == 0) return at;
-  for (bool ended = false; !ended;) {
-    if (at + 4 > data.content.size()) return std::nullopt;
-    ended = data.shortAt(at) == kSentinel;
-    at += 4 + (ended ? 0 : static_cast<std::size_t>(data.shortAt(at + 2)));
-  }
-  return at <= data.content.size() ? std::optional(at) : std::nullopt;
-}
-
 std::optional<PacketFault> dataFault(const Submessage& data) {
-  if (data.content.size() < 20) return PacketFault::kLength;
+  if (data.content.size() < kDataMembers) return PacketFault::kLength;
   if (numberedTooFar(data)) return PacketFault::kSequence;
-  return payloadOf(data, 20) ? std::nullopt : std::optional(PacketFault::kData);
+  return payloadOf(data, kDataMembers) ? std::nullopt : std::optional(PacketFault::kData);
 }
 
 /// After the members of data: number of the first fragment (from 1), how many, their size, the
@@ -175,27 +105,6 @@ std::optional<PacketFault> faultOf(const Submessage& submessage) {
   }
 }
 
-bool isRtps(Bytes datagram) {
-  constexpr std::string_view kMagic = "RTPS";
-  return datagram.size() >= kHeader && std::equal(kMagic.begin(), kMagic.end(), datagram.begin());
-}
-
-/// Visits the submessages of an RTPS datagram, up to one that ends beyond it: false then.
-template <typename Visit>
-bool forEachSubmessage(Bytes datagram, Visit visit) {
-  if (!isRtps(datagram)) return true;
-  Bytes rest = datagram.subspan(kHeader);
-  while (!rest.empty()) {
-    const auto submessage = firstOf(rest);
-    if (!submessage) return false;
-    // The next one begins at a multiple of four.
-    const std::size_t padded = kSubmessageHeader + (submessage->content.size() + 3) / 4 * 4;
-    rest = rest.subspan(std::min(padded, rest.size()));
-    visit(*submessage, rest.empty());
-  }
-  return true;
-}
-
 /// What a heartbeat says is its writer's first sample.
 struct SaidFirst {
   std::array<std::uint8_t, 16> writer{};
@@ -204,18 +113,12 @@ struct SaidFirst {
 
 /// @pre `datagram` has no fault.
 std::vector<SaidFirst> heartbeatsOf(Bytes datagram) {
-  constexpr std::size_t kPrefix = 12, kPrefixAt = 8;
   std::vector<SaidFirst> found;
-  SaidFirst next;
-  if (isRtps(datagram)) std::copy_n(datagram.begin() + kPrefixAt, kPrefix, next.writer.begin());
   forEachSubmessage(datagram, [&](const Submessage& submessage, bool) {
-    const Bytes content = submessage.content;
-    // From here on somebody else speaks.
-    if (submessage.id == kInfoSourceId && content.size() >= kPrefixAt + kPrefix) {
-      std::copy_n(content.begin() + kPrefixAt, kPrefix, next.writer.begin());
-    }
     if (submessage.id != kHeartbeatId) return;
-    std::copy_n(content.begin() + 4, 4, next.writer.begin() + kPrefix);
+    SaidFirst next;
+    std::copy(submessage.from.begin(), submessage.from.end(), next.writer.begin());
+    std::copy_n(submessage.content.begin() + 4, 4, next.writer.begin() + submessage.from.size());
     next.first = submessage.sequenceAt(8);
     found.push_back(next);
   });
@@ -227,8 +130,8 @@ bool fromEprosima(Bytes datagram) { return datagram[6] == 0x01 && datagram[7] ==
 class GuardedTransport final : public rtps::ChainingTransport {
  public:
   GuardedTransport(const rtps::ChainingTransportDescriptor& descriptor,
-                   std::shared_ptr<DropCounter> dropped)
-      : ChainingTransport(descriptor), dropped_(std::move(dropped)) {}
+                   std::shared_ptr<GuardWatch> watch)
+      : ChainingTransport(descriptor), watch_(std::move(watch)) {}
 
   rtps::TransportDescriptorInterface* get_configuration() override {
     return low_level_transport_->get_configuration();
@@ -239,37 +142,46 @@ class GuardedTransport final : public rtps::ChainingTransport {
             eprosima::fastrtps::rtps::LocatorsIterator* begin,
             eprosima::fastrtps::rtps::LocatorsIterator* end,
             const std::chrono::steady_clock::time_point& until) override {
-    // Lost like any datagram may be.
-    return !silence_.maySend() || below->send(data, size, begin, end, until);
+    return below->send(data, size, begin, end, until);
   }
 
   void receive(rtps::TransportReceiverInterface* next, const eprosima::fastrtps::rtps::octet* data,
                std::uint32_t size, const eprosima::fastrtps::rtps::Locator_t& local,
                const eprosima::fastrtps::rtps::Locator_t& remote) override {
-    if (!silence_.mayReceive()) return;
-    if (guard_.fault({data, size})) {
-      ++*dropped_;
+    const auto pass = [&](Bytes datagram) {
+      watch_->watch([&] {
+        next->OnDataReceived(datagram.data(), static_cast<std::uint32_t>(datagram.size()), local,
+                             remote);
+      });
+    };
+    // First: who speaks now may have been let go meanwhile, and is met anew.
+    for (const auto& departure : leases_.departures(next)) pass(departure);
+    const Bytes datagram{data, size};
+    const bool faulty = guard_.fault(datagram).has_value();
+    const auto heard = faulty ? ParticipantLeases::Heard{} : leases_.hear(datagram, next);
+    if (faulty || heard.unendable) {
+      ++watch_->dropped;
     } else {
-      next->OnDataReceived(data, size, local, remote);
+      pass(heard.endless.empty() ? datagram : heard.endless);
     }
   }
 
  private:
   PacketGuard guard_;
-  SleepSilence silence_;
-  const std::shared_ptr<DropCounter> dropped_;
+  ParticipantLeases leases_;
+  const std::shared_ptr<GuardWatch> watch_;
 };
 
 struct GuardedDescriptor final : public rtps::ChainingTransportDescriptor {
   GuardedDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> below,
-                    std::shared_ptr<DropCounter> counter)
-      : ChainingTransportDescriptor(std::move(below)), dropped(std::move(counter)) {}
+                    std::shared_ptr<GuardWatch> watching)
+      : ChainingTransportDescriptor(std::move(below)), watch(std::move(watching)) {}
 
   rtps::TransportInterface* create_transport() const override {
-    return new GuardedTransport(*this, dropped);
+    return new GuardedTransport(*this, watch);
   }
 
-  const std::shared_ptr<DropCounter> dropped;
+  const std::shared_ptr<GuardWatch> watch;
 };
 
 }  // namespace
@@ -313,10 +225,25 @@ std::size_t PacketGuard::size() const {
   return writers_.size();
 }
 
+std::uint64_t GuardWatch::begin() {
+  const MutexLock lock(mutex_);
+  begun_.emplace(++numbers_, Clock::now());
+  return numbers_;
+}
+
+void GuardWatch::end(std::uint64_t number) {
+  const MutexLock lock(mutex_);
+  begun_.erase(number);
+}
+
+GuardWatch::Clock::duration GuardWatch::atOne(Clock::time_point now) const {
+  const MutexLock lock(mutex_);
+  return begun_.empty() ? Clock::duration{} : now - begun_.begin()->second;
+}
+
 std::shared_ptr<rtps::TransportDescriptorInterface> guarded(
-    std::shared_ptr<rtps::TransportDescriptorInterface> below,
-    std::shared_ptr<DropCounter> dropped) {
-  return std::make_shared<GuardedDescriptor>(std::move(below), std::move(dropped));
+    std::shared_ptr<rtps::TransportDescriptorInterface> below, std::shared_ptr<GuardWatch> watch) {
+  return std::make_shared<GuardedDescriptor>(std::move(below), std::move(watch));
 }
 
 }  // namespace handover::wire

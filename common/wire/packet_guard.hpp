@@ -60,13 +60,39 @@ class PacketGuard {
   std::map<Guid, Heard> writers_ HANDOVER_GUARDED_BY(mutex_);
 };
 
-/// Counts what guarded transports dropped.
-using DropCounter = std::atomic<std::uint64_t>;
+/// What a guarded transport sees of its work. Safe from any thread.
+class GuardWatch {
+ public:
+  using Clock = std::chrono::steady_clock;
 
-/// The transport of `below` behind a guard that drops datagrams with a fault and counts them. It is
-/// silent for a while after a sleep of the process.
+  std::atomic<std::uint64_t> dropped{0};
+
+  /// Hands a datagram over by `call`, on the thread that received it.
+  template <typename Call>
+  void watch(Call call) {
+    const std::uint64_t number = begin();
+    call();
+    end(number);
+  }
+
+  /// How long the library has been at the datagram that it has been at longest; 0: at none. Longer
+  /// than it could take: the thread hangs (2.9.1 can, when a participant leaves), and whoever is
+  /// new is not heard.
+  Clock::duration atOne(Clock::time_point now = Clock::now()) const;
+
+ private:
+  std::uint64_t begin();
+  void end(std::uint64_t number);
+
+  mutable Mutex mutex_;
+  std::uint64_t numbers_ HANDOVER_GUARDED_BY(mutex_) = 0;
+  std::map<std::uint64_t, Clock::time_point> begun_ HANDOVER_GUARDED_BY(mutex_);
+};
+
+/// The transport of `below` behind a guard that drops datagrams with a fault and sees
+/// to the leases of participants (ParticipantLeases).
 std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> guarded(
     std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> below,
-    std::shared_ptr<DropCounter> dropped);
+    std::shared_ptr<GuardWatch> watch);
 
 }  // namespace handover::wire

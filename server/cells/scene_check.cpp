@@ -64,8 +64,8 @@ class TaskFindings {
 
   void addReach() {
     const std::size_t last = problem_.task.chain.empty() ? 0 : problem_.task.chain.size() - 1;
-    const auto start = rankArms(problem_, end(true), 0, problem_.task.X_WO_start);
-    const auto goal = rankArms(problem_, end(false), last, problem_.task.X_WO_goal);
+    const auto start = rankArms(problem_, end(true), 0, problem_.task.X_WO_start, Deadline());
+    const auto goal = rankArms(problem_, end(false), last, problem_.task.X_WO_goal, Deadline());
     addEnd(PruningPlace::kStart, start);
     addEnd(PruningPlace::kGoal, goal);
     const auto& chain = problem_.task.chain;

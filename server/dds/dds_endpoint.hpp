@@ -39,8 +39,9 @@ class DdsEndpoint : public Endpoint {
   void flush(std::chrono::milliseconds most) override;
 
   /// True when a question from a second participant of this process, which comes and is answered
-  /// over the sockets, got its answer within `most`. Takes no worker. One thread at a time; the
-  /// process delivers over sockets only (see wire::deliverOverSockets()). @throws wire::DdsError.
+  /// over the sockets, got its answer within `most`, and no receiving thread hangs. Takes no
+  /// worker. One thread at a time; the process delivers over sockets only (see
+  /// wire::deliverOverSockets()). @throws wire::DdsError.
   bool reachable(std::chrono::milliseconds most);
 
  private:

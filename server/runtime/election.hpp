@@ -25,7 +25,7 @@ struct ElectionTimes {
   /// A daemon that slept for this long, and those that did not, may have lost each other: a little
   /// less than the time after which a silent participant is lost.
   std::chrono::milliseconds lost{2500};
-  std::chrono::milliseconds found{4500};  ///< at most, until they have found each other again
+  std::chrono::milliseconds found{3000};  ///< at most, until they have found each other again
 };
 
 /// XXH128 of the name, most significant byte first.

@@ -28,6 +28,44 @@ Bytes sampleOne(std::uint16_t to_qos) {
   return content;
 }
 
+void appendParameter(Bytes& to, std::uint64_t id, const Bytes& value) {
+  append(to, id, 2);
+  append(to, value.size(), 2);
+  append(to, value);
+}
+
+Bytes participantGuid(const std::array<std::uint8_t, 12>& prefix) {
+  Bytes guid(prefix.begin(), prefix.end());
+  append(guid, Bytes{0, 0, 1, 0xc1});
+  return guid;
+}
+
+Bytes loopback(int port) {
+  Bytes locator;
+  append(locator, 1, 4);
+  append(locator, static_cast<std::uint64_t>(port), 4);
+  append(locator, Bytes(12));
+  append(locator, Bytes{127, 0, 0, 1});
+  return locator;
+}
+
+/// Discovery's data, before what it carries.
+Bytes toDiscovery(std::int64_t sample) {
+  Bytes content;
+  append(content, 16 << 16, 4);
+  append(content, Bytes{0, 1, 0, 0xc7, 0, 1, 0, 0xc2});
+  appendSequence(content, sample);
+  return content;
+}
+
+Bytes duration(std::chrono::milliseconds lease) {
+  const auto ms = static_cast<std::uint64_t>(lease.count());
+  Bytes bytes;
+  append(bytes, ms / 1000, 4);
+  append(bytes, (ms % 1000 << 32) / 1000, 4);
+  return bytes;
+}
+
 }  // namespace
 
 void append(Bytes& to, std::uint64_t value, int size) {
@@ -87,6 +125,31 @@ Bytes fragment(const Fragment& of) {
   append(content, of.sample, 4);
   append(content, Bytes(of.payload));
   return submessage(0x16, content);
+}
+
+Bytes announcement(const Announcement& of) {
+  Bytes content = toDiscovery(of.sample);
+  append(content, Bytes{0, 3, 0, 0});
+  appendParameter(content, 0x15, {2, 3, 0, 0});
+  appendParameter(content, 0x16, {1, 15, 0, 0});
+  appendParameter(content, 0x50, participantGuid(of.announced.value_or(of.from)));
+  appendParameter(content, 0x32, loopback(of.port));
+  appendParameter(content, 0x31, loopback(of.port));
+  const Bytes endless{0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff, 0xff};
+  if (of.with_lease) appendParameter(content, 0x02, of.endless ? endless : duration(of.lease));
+  Bytes endpoints;
+  append(endpoints, of.endpoints, 4);
+  appendParameter(content, 0x58, endpoints);
+  appendParameter(content, 0x01, {});
+  return datagram({submessage(0x15, content, 4)}, of.from);
+}
+
+Bytes departure(const std::array<std::uint8_t, 12>& of) {
+  Bytes content = toDiscovery(2);
+  appendParameter(content, 0x70, participantGuid(of));
+  appendParameter(content, 0x71, {0, 0, 0, 3});
+  appendParameter(content, 0x01, {});
+  return datagram({submessage(0x15, content, 2)}, of);
 }
 
 }  // namespace handover::test

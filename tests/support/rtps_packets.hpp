@@ -3,7 +3,9 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace handover::test {
@@ -46,5 +48,21 @@ struct Fragment {
 };
 
 Bytes fragment(const Fragment& of);
+
+/// What a participant says of itself to find others (RTPS 2.3, 8.5.3): the whole datagram.
+struct Announcement {
+  std::array<std::uint8_t, 12> from{};
+  std::optional<std::array<std::uint8_t, 12>> announced = {};  ///< if not itself
+  std::chrono::milliseconds lease{3000};
+  bool with_lease = true, endless = false;
+  std::uint32_t endpoints = 0x3f;  ///< built in, RTPS 2.3, 9.3.2
+  std::int64_t sample = 1;
+  int port = 7;  ///< of loopback, where it would hear
+};
+
+Bytes announcement(const Announcement& of);
+
+/// That it leaves.
+Bytes departure(const std::array<std::uint8_t, 12>& of);
 
 }  // namespace handover::test

@@ -12,6 +12,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
+#include <deque>
+#include <random>
 
 namespace handover::test {
 namespace {
@@ -62,16 +65,40 @@ class Packets : public testing::Test {
 
   void TearDown() override { close(socket_); }
 
-  /// To the daemon, the first participant of its domain: discovery's port and its users'.
+  /// To a port of the daemon, the first participant of its domain.
+  void sendTo(int port, const Bytes& datagram) {
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(static_cast<std::uint16_t>(port + 250 * domain_));
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    ASSERT_EQ(sendto(socket_, datagram.data(), datagram.size(), 0,
+                     reinterpret_cast<const sockaddr*>(&to), sizeof(to)),
+              static_cast<ssize_t>(datagram.size()));
+  }
+
+  static constexpr int kDiscovery = 7410, kUsers = 7411;
+
   void send(const Bytes& datagram) {
-    for (const int port : {7410, 7411}) {
-      sockaddr_in to{};
-      to.sin_family = AF_INET;
-      to.sin_port = htons(static_cast<std::uint16_t>(port + 250 * domain_));
-      to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-      ASSERT_EQ(sendto(socket_, datagram.data(), datagram.size(), 0,
-                       reinterpret_cast<const sockaddr*>(&to), sizeof(to)),
-                static_cast<ssize_t>(datagram.size()));
+    for (const int port : {kDiscovery, kUsers}) sendTo(port, datagram);
+  }
+
+  /// A participant a millisecond, for so long; each leaves, or not, when its lease of 100 ms ends.
+  void comeAndGo(std::chrono::seconds time, bool leave) {
+    using Clock = std::chrono::steady_clock;
+    std::mt19937 random(1);
+    std::deque<std::pair<Clock::time_point, std::array<std::uint8_t, 12>>> there;
+    const auto end = Clock::now() + time;
+    for (auto next = Clock::now(); next < end; next += 1ms) {
+      std::array<std::uint8_t, 12> prefix{1, 15};
+      for (std::size_t i = 2; i < prefix.size(); ++i) {
+        prefix[i] = static_cast<std::uint8_t>(random());
+      }
+      sendTo(kDiscovery, announcement({.from = prefix, .lease = 100ms, .endpoints = 1}));
+      there.emplace_back(Clock::now() + 100ms + std::chrono::microseconds(random() % 2000), prefix);
+      for (; there.front().first <= Clock::now(); there.pop_front()) {
+        if (leave) sendTo(kDiscovery, departure(there.front().second));
+      }
+      std::this_thread::sleep_until(next);
     }
   }
 
@@ -122,6 +149,42 @@ TEST_F(Packets, OfAKnownWriterThatSpinItsThreadDoNotReachIt) {
   EXPECT_GE(dropped(), 12u);
   daemon_.signal(SIGTERM);
   EXPECT_EQ(daemon_.wait(5s), 0);
+}
+
+/// Unguarded, the daemon ends within a second (ParticipantLeases).
+TEST_F(Packets, OfParticipantsThatLeaveAsTheirLeaseEndsDoNotEndIt) {
+  comeAndGo(3s, true);
+  EXPECT_TRUE(std::holds_alternative<Done>(plan()));
+  EXPECT_EQ(dropped(), 0u);
+  daemon_.signal(SIGTERM);
+  EXPECT_EQ(daemon_.wait(5s), 0);
+}
+
+/// Not a daemon's: discovery's thread is held up by a callback.
+TEST(ReceivingThread, ThatHangsInADatagramIsSeen) {
+  const int domain = freeDomain();
+  std::atomic<bool> held = false;
+  std::atomic<bool> released = false;
+  wire::Participant participant(
+      {.domain = domain, .name = "held", .on_writer = [&](const wire::RemoteWriter&) {
+         held = true;
+         released.wait(false);
+       }});
+  wire::Participant other({.domain = domain, .name = "other", .on_writer = {}});
+  wire::Writer<msg::HandoverRequest> writer(other, {});
+  const auto eventually = [](auto condition) {
+    const auto until = std::chrono::steady_clock::now() + 20s;
+    while (!condition() && std::chrono::steady_clock::now() < until) {
+      std::this_thread::sleep_for(1ms);
+    }
+    return condition();
+  };
+  EXPECT_TRUE(eventually([&] { return held.load(); }));
+  EXPECT_TRUE(eventually([&] { return participant.atOneDatagram() > 300ms; }));
+  EXPECT_LT(other.atOneDatagram(), 300ms);
+  released = true;
+  released.notify_all();
+  EXPECT_TRUE(eventually([&] { return participant.atOneDatagram() < 300ms; }));
 }
 
 }  // namespace

@@ -51,6 +51,16 @@ TEST_F(Start, EndsWhenTheLoopbackInterfaceGoes) {
   EXPECT_THAT(daemon.err(), HasSubstr("nobody can reach this daemon any more"));
 }
 
+TEST_F(Start, EndsSoAlsoWhenItsStopHangs) {
+  const std::string ask = HANDOVER_BINARY_DIR "/bin/handoverctl plan --cell script --task stuck";
+  Process daemon(inNewNetwork("ip link set lo up; " + ask + " --wait 10 --domain " + domain_ +
+                              " >/dev/null 2>&1 & (sleep 6; ip link set lo down) & exec " +
+                              kDaemon + " " + domain_ + " 4000"));
+  ASSERT_TRUE(daemon.waitForOutput("serving"));
+  EXPECT_EQ(daemon.wait(40s), 4);
+  EXPECT_THAT(daemon.err(), HasSubstr("the stop hangs and is cut short"));
+}
+
 TEST_F(Start, WithTooFewFileDescriptorsIsGivenUp) {
   const auto finished =
       run({"/bin/sh", "-c", "ulimit -n 8; exec " + kDaemon + " " + domain_ + " 2000"});

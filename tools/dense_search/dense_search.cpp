@@ -266,7 +266,8 @@ class DenseSearch {
       rejects.add(failure->cause, failure->stage, failure->pair);
       return failure->cause == Cause::kHandsMeet ? Connected::kNoHands : Connected::kNoMotion;
     }
-    const auto timed = timeStages(problem_, motions.context(), std::get<TransportPath>(connected));
+    const auto timed =
+        timeStages(problem_, motions.context(), std::get<TransportPath>(connected), Deadline());
     if (const auto* failure = std::get_if<MotionFailure>(&timed)) {
       rejects.add(failure->cause, failure->stage, failure->pair);
       return Connected::kNoMotion;

@@ -109,7 +109,7 @@ export class Failure {
       item.append(swatch(colour), text);
       find('key').append(item);
     }
-    find('key-part').hidden = this.scene.entries.length === 0;
+    find('key-part').hidden = this.scene.entries.length === 0 && !this.telling();
     find('slice').textContent = this.scene.slice ?
         `Where arms reach is a slice of their maps at a height of ${this.scene.slice}: the darker, the better the arm moves there.` : '';
   }

@@ -80,24 +80,33 @@ ThreeAxes::ThreeAxes(const Vector3d& a, const Vector3d& b, const Vector3d& c)
   right_angles_ = std::abs(a_.dot(b_)) < 1e-12 && std::abs(b_.dot(c_)) < 1e-12;
 }
 
-int ThreeAxes::solve(const Vector3d& R_c, const Vector3d& R_side, double q1_free,
-                     std::array<Answer, 2>& answers) const {
+ThreeAxes::Bend ThreeAxes::bend(const Vector3d& R_c) const {
   // Rounding, and the 1e-3 rad of axes that were meant to be square, may ask for a little too much.
   constexpr double kOvershoot = 1e-5;
   double cosine = (a_.dot(R_c) - offset_) / amplitude_;
-  if (!(std::abs(cosine) <= 1 + kOvershoot)) return 0;
+  if (!(std::abs(cosine) <= 1 + kOvershoot)) return {0, 0, 0};
   cosine = std::clamp(cosine, -1.0, 1.0);
   // The cross product keeps all digits of a small angle; the cosine loses half of them.
   const double sine = right_angles_ ? a_.cross(R_c).norm() : std::sqrt((1 - cosine) * (1 + cosine));
-  const double angle = std::atan2(sine, cosine);
+  return {sine < 1e-7 ? 1 : 2, cosine, sine};  // both answers may be one
+}
 
-  int count = 0;
-  for (const double sign : {1.0, -1.0}) {
-    if (sign < 0 && sine < 1e-7) break;  // both answers are one
+template <typename Legal>
+std::array<std::optional<ThreeAxes::Answer>, 2> ThreeAxes::solve(const Bend& bend,
+                                                                 const Vector3d& R_c,
+                                                                 const Vector3d& R_side,
+                                                                 double q1_free,
+                                                                 const Legal& legal) const {
+  const auto& [count, cosine, sine] = bend;
+  const double angle = std::atan2(sine, cosine);
+  std::array<std::optional<Answer>, 2> answers;
+  for (int i = 0; i < count; ++i) {
+    const double sign = i == 0 ? 1.0 : -1.0;
+    Answer answer;
+    answer.q2 = phase_ + sign * angle;
+    if (!legal(1, answer.q2)) continue;
     const double c2 = cosine * cos_phase_ - sign * sine * sin_phase_;
     const double s2 = sign * sine * cos_phase_ + cosine * sin_phase_;
-    Answer& answer = answers[count++];
-    answer.q2 = phase_ + sign * angle;
     // q1 turns Rot(b, q2) c onto R c; where that lies on the first axis any q1 does.
     const Vector3d from = c_along_b_ + c2 * c_across_b_ + s2 * b_cross_c_;
     double c1 = from.dot(R_c) - a_.dot(from) * a_.dot(R_c);
@@ -112,10 +121,12 @@ int ThreeAxes::solve(const Vector3d& R_c, const Vector3d& R_side, double q1_free
       c1 /= length;
       s1 /= length;
     }
+    if (!legal(0, answer.q1)) continue;
     const Vector3d v = rotate(b_, c2, -s2, rotate(a_, c1, -s1, R_side));
     answer.q3 = std::atan2(v.dot(c_cross_side_), v.dot(side_));
+    if (legal(2, answer.q3)) answers[i] = answer;
   }
-  return count;
+  return answers;
 }
 
 std::optional<SrsSolver> SrsSolver::find(const Chain& chain) {
@@ -222,9 +233,9 @@ struct SrsSolver::Call {
     return !windings(angle, chain.lower[joint], chain.upper[joint], slack).none();
   }
 
-  bool legal(int first_joint, const ThreeAxes::Answer& answer) const {
-    return legal(first_joint, answer.q1) && legal(first_joint + 1, answer.q2) &&
-           legal(first_joint + 2, answer.q3);
+  auto legalFrom(int first_joint) const {
+    return
+        [this, first_joint](int joint, double angle) { return legal(first_joint + joint, angle); };
   }
 
   /// False when the caller has had enough.
@@ -254,25 +265,31 @@ bool SrsSolver::visitBranches(const Elbow& elbow, const Swivel& swivel, const Ca
   const auto wristSees = [&](const Vector3d& v) -> Vector3d {
     return v.x() * elbow.back_x + v.y() * elbow.back_y + v.z() * elbow.back_z;
   };
-  std::array<ThreeAxes::Answer, 2> shoulders, wrists;
-  const int shoulder_count = shoulder_.solve(
-      shoulderTakes(shoulder_.c()), shoulderTakes(shoulder_.side()), call.q_near[0], shoulders);
-  const int wrist_count =
-      wrist_.solve(wristSees(swivel.wrist_c), wristSees(swivel.wrist_side), call.q_near[4], wrists);
-  if (shoulder_count * wrist_count == 0) ++call.counts.no_ik;
-  for (int a = 0; a < shoulder_count; ++a) {
-    if (!call.legal(0, shoulders[a])) {
-      call.counts.limits += wrist_count;
-      continue;
-    }
-    for (int b = 0; b < wrist_count; ++b) {
-      if (!call.legal(4, wrists[b])) {
+  const Vector3d shoulder_c = shoulderTakes(shoulder_.c());
+  const Vector3d wrist_c = wristSees(swivel.wrist_c);
+  const ThreeAxes::Bend shoulder_bend = shoulder_.bend(shoulder_c);
+  const ThreeAxes::Bend wrist_bend = wrist_.bend(wrist_c);
+  if (shoulder_bend.count * wrist_bend.count == 0) {
+    ++call.counts.no_ik;
+    return true;
+  }
+  const auto shoulders = shoulder_.solve(shoulder_bend, shoulder_c, shoulderTakes(shoulder_.side()),
+                                         call.q_near[0], call.legalFrom(0));
+  if (!shoulders[0] && !shoulders[1]) {
+    call.counts.limits += shoulder_bend.count * wrist_bend.count;
+    return true;
+  }
+  const auto wrists = wrist_.solve(wrist_bend, wrist_c, wristSees(swivel.wrist_side),
+                                   call.q_near[4], call.legalFrom(4));
+  for (int a = 0; a < shoulder_bend.count; ++a) {
+    for (int b = 0; b < wrist_bend.count; ++b) {
+      if (!shoulders[a] || !wrists[b]) {
         ++call.counts.limits;
         continue;
       }
       ArmVector q(7);
-      q << shoulders[a].q1, shoulders[a].q2, shoulders[a].q3, elbow.q4, wrists[b].q1, wrists[b].q2,
-          wrists[b].q3;
+      q << shoulders[a]->q1, shoulders[a]->q2, shoulders[a]->q3, elbow.q4, wrists[b]->q1,
+          wrists[b]->q2, wrists[b]->q3;
       if (!call.add(q)) return false;
     }
   }

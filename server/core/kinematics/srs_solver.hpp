@@ -12,6 +12,7 @@
 
 #include "core/kinematics/chain.hpp"
 
+#include <array>
 #include <optional>
 
 namespace handover::kinematics {
@@ -25,11 +26,23 @@ class ThreeAxes {
     double q1, q2, q3;
   };
 
+  /// What the answers share: q2 = phase +- the angle with this cosine and sine.
+  struct Bend {
+    int count;  ///< of answers, 0 to 2
+    double cosine, sine;
+  };
+
+  /// @param R_c  where R takes c.
+  Bend bend(const Eigen::Vector3d& R_c) const;
+
   /// @param R_c, R_side  where R takes c and side(). q1_free: taken for q1 where only q1 +- q3
   /// matters.
-  /// @return number of answers, 0 to 2.
-  int solve(const Eigen::Vector3d& R_c, const Eigen::Vector3d& R_side, double q1_free,
-            std::array<Answer, 2>& answers) const;
+  /// @param legal  (joint 0 to 2, angle): asked of an angle before the next is worked out.
+  /// @return the bend's answers; empty where an angle is not legal.
+  template <typename Legal>
+  std::array<std::optional<Answer>, 2> solve(const Bend& bend, const Eigen::Vector3d& R_c,
+                                             const Eigen::Vector3d& R_side, double q1_free,
+                                             const Legal& legal) const;
 
   const Eigen::Vector3d& c() const { return c_; }
 

@@ -22,6 +22,7 @@ using Points = std::vector<VectorXd>;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kLeastGap = 2e-3;  // [s] of samples
 constexpr double kStep = 0.01;      // [s] of those that are smoothed
+constexpr double kLongest = 200;    // [s]: of slow joints, that gain nothing by being bold
 constexpr double kLeastSegment = 2e-5;
 constexpr int kRounds = 2;  // over the speeds of a free part's waypoints
 // Speeds at waypoints, of the most there; run-ups of lines, that decide how fast they are entered
@@ -184,6 +185,7 @@ class ThroughMovement::Impl {
     }
     choose(pass, std::move(befores), std::move(afters));
     if (found_) moveAside();
+    found_ = found_ && duration() <= kLongest;
   }
 
   bool found() const { return found_; }

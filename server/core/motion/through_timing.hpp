@@ -41,7 +41,7 @@ class ThroughMovement {
   ThroughMovement(ThroughMovement&&) noexcept;
   ThroughMovement& operator=(ThroughMovement&&) noexcept;
 
-  /// False: no such motion was found.
+  /// False: no such motion was found, or it takes minutes.
   bool found() const;
 
   /// [s] before its jerk is bounded and its speed scaled. @pre found().

@@ -27,6 +27,8 @@ constexpr double kStepsPerMotion = 24;  // at least
 constexpr double kFineStep = 0.01;      // [s] fine enough for any motion
 constexpr double kCoarseStep = 0.02;    // [s] for long ones
 constexpr double kLongMotion = 600;     // fine steps from which on they become coarse
+constexpr double kMostSteps = 20'000;   // of slow joints, whose steps become longer
+constexpr double kMostSamples = 5'000;  // of a curve, corners apart: then its gaps become longer
 
 // A motion from rest to rest along one line takes the least time for its jerk if, before it is
 // smoothed over a window w, it takes sqrt(8) w at full acceleration all the time.
@@ -102,6 +104,7 @@ std::vector<VectorXd> distinct(const std::vector<VectorXd>& waypoints,
 
 // A divisor of the build-up time, so that the window it asks for is a whole number of steps.
 double stepFor(double duration, double build_up, double gap) {
+  if (duration > kMostSteps * kCoarseStep) return duration / kMostSteps;
   double step = std::clamp(duration / kLongMotion, kFineStep, kCoarseStep);
   step = std::clamp(std::min(step, duration / kStepsPerMotion), kLeastGap, gap);
   const double parts = std::ceil(build_up / step - 1e-9);
@@ -182,6 +185,7 @@ Result<TimedPath> timeMoving(const std::vector<VectorXd>& points,
   if (!(profile.duration() <= kLongest)) {
     return {ErrorCode::kInvalidInput, "limits: the path takes more than an hour"};
   }
+  gap = std::max(gap, profile.duration() / kMostSamples);
   const Smoothed motion = smoothed(std::move(profile), limits, gap, points.size() > 2);
   std::vector<KnotRange> ranges;
   std::vector<Index> keep, kept;

@@ -18,7 +18,7 @@ namespace handover {
 
 struct TimingSettings {
   double blend = 0.05;           ///< largest deviation at a corner from the polyline [rad]
-  double max_sample_gap = 0.05;  ///< [s] at full speed, at least 2 ms
+  double max_sample_gap = 0.05;  ///< [s] at full speed, at least 2 ms; longer in motions of minutes
   double speed_scale = 1.0;      ///< in (0, 1]: stretches time by its inverse
 };
 

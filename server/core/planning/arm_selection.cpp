@@ -17,15 +17,21 @@ struct IkReach {
 };
 
 /// What the map cannot know: it has holes where few samples fell, at the edge of the reach.
-IkReach reachedByIk(const Manipulator& manipulator, const Pose& X_WO) {
+IkReach reachedByIk(const Manipulator& manipulator, const Pose& X_WO, const Deadline& deadline) {
   IkReach reach;
-  reach.proven = manipulator.kinematics->closedForm();
+  const bool closed_form = manipulator.kinematics->closedForm();
   for (const Grasp& grasp : manipulator.grasps->grasps) {
-    const IkCounts counts = manipulator.kinematics->visit(
-        manipulator.worldToArm(X_WO * grasp.X_OT), IkQuery{}, [&](const ArmVector& q) {
-          reach.manipulability = manipulator.kinematics->manipulability(q);
-          return false;
-        });
+    if (deadline.over()) return {std::nullopt, false};
+    const Pose X_WT = X_WO * grasp.X_OT;
+    const Pose X_AT = manipulator.worldToArm(X_WT);
+    if (X_AT.translation().norm() > manipulator.kinematics->reach()) continue;
+    reach.proven = reach.proven && closed_form;
+    // Least squares take a hundred times as long, mostly in vain.
+    if (!closed_form && !manipulator.mapReaches(X_WT)) continue;
+    const IkCounts counts = manipulator.kinematics->visit(X_AT, IkQuery{}, [&](const ArmVector& q) {
+      reach.manipulability = manipulator.kinematics->manipulability(q);
+      return false;
+    });
     if (reach.manipulability) break;
     if (counts.limits > 0) reach.proven = false;
   }
@@ -44,7 +50,7 @@ double mapEntry(const Manipulator& manipulator, const Pose& X_WO, SearchWidth se
 
 /// Fills manipulability or the cause against the arm. @return whether that is proven.
 bool rate(const TransportProblem& problem, const ChainHolder& arm, const Pose& X_WO,
-          ArmScore& score) {
+          const Deadline& deadline, ArmScore& score) {
   if (const auto unfit = unfitReason(problem, arm.robot, arm.arm)) {
     score.rejected = unfit->cause;
     score.object = unfit->object;
@@ -55,7 +61,7 @@ bool rate(const TransportProblem& problem, const ChainHolder& arm, const Pose& X
   if (score.manipulability > 0) return true;
   score.rejected = Cause::kNotInMap;
   if (problem.search != SearchWidth::kWide) return false;
-  const IkReach reach = reachedByIk(manipulator, X_WO);
+  const IkReach reach = reachedByIk(manipulator, X_WO, deadline);
   if (reach.manipulability) {
     score.rejected = Cause::kUnspecified;
     score.manipulability = *reach.manipulability;
@@ -79,14 +85,14 @@ void forEachArm(const TransportProblem& problem, const std::optional<ChainHolder
 }  // namespace
 
 ArmRanking rankArms(const TransportProblem& problem, const std::optional<ChainHolder>& which,
-                    std::size_t holder, const Pose& X_WO) {
+                    std::size_t holder, const Pose& X_WO, const Deadline& deadline) {
   ArmRanking ranking;
   forEachArm(problem, which, [&](const ChainHolder& arm) {
     const SceneRobot& placed = problem.scene->robots[arm.robot];
     ArmScore score;
     score.arm = {placed.name, placed.model->arms[arm.arm].name};
     score.holder = static_cast<std::uint32_t>(holder);
-    ranking.proven = rate(problem, arm, X_WO, score) && ranking.proven;
+    ranking.proven = rate(problem, arm, X_WO, deadline, score) && ranking.proven;
     const bool excluded = which && which->arm.valid() && which->arm != arm.arm;
     if (excluded && score.rejected == Cause::kUnspecified) score.rejected = Cause::kExcluded;
     if (score.rejected == Cause::kUnspecified) ranking.arms.push_back({arm, score.manipulability});

@@ -4,6 +4,8 @@
 
 #include "core/planning/transport_problem.hpp"
 
+#include <handover/common/deadline.hpp>
+
 #include <vector>
 
 namespace handover {
@@ -24,8 +26,9 @@ struct ArmRanking {
 /// the map says does not reach is out only if no grasp has an IK solution either.
 /// @param which   a robot's arms, or one of them; nullopt: every robot's.
 /// @param holder  place in the chain, for the scores.
+/// @param deadline  once it is over arms that the map does not know are left out.
 ArmRanking rankArms(const TransportProblem& problem, const std::optional<ChainHolder>& which,
-                    std::size_t holder, const Pose& X_WO);
+                    std::size_t holder, const Pose& X_WO, const Deadline& deadline);
 
 /// Every arm that could hold the object in the middle of a chain: those that are fit.
 std::vector<ChainHolder> fitArms(const TransportProblem& problem,

@@ -398,7 +398,8 @@ bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most
     ++state_.motion_attempts;
     ++searched;
     const TransportPath& path = std::get<TransportPath>(connected);
-    auto timed = timeStages(state_.problem, motions_.context(), path);
+    auto timed = timeStages(state_.problem, motions_.context(), path, state_.deadline);
+    if (state_.over()) return false;
     if (const auto* failure = std::get_if<MotionFailure>(&timed)) {
       state_.counts.motion_rejects.add(failure->cause, failure->stage, failure->pair);
       fellInMotion(SearchStep::kTiming, *failure, tuples[i]);
@@ -406,7 +407,8 @@ bool ChainSearch::tryTuples(std::vector<TransportTuple> tuples, std::size_t most
       continue;
     }
     const auto& stages = std::get<std::vector<TimedStage>>(timed);
-    const auto schedule = scheduleStages(motions_.context(), stages);
+    const auto schedule = scheduleStages(motions_.context(), stages, state_.deadline);
+    if (state_.over()) return false;
     state_.tuple = tuples[i];
     state_.plan = assemblePlan(state_.problem, motions_.context(), path, stages, schedule);
     setCost(state_.problem, path.holders.back().dexterity.give,
@@ -706,6 +708,7 @@ bool ChainSearch::searchScattered(HandoverCandidates& counts, std::uint32_t& not
 /// What a tier has counted, to its end or to the deadline.
 void ChainSearch::finishCounts(HandoverCandidates counts) {
   state_.counts.poses_asked += counts.poses_tried;
+  state_.counts.last_poses += counts.poses;
   counts.causes = rejects_.counts();
   state_.counts.handover_rejects.add(rejects_);
   if (!state_.cancelled()) state_.sink.emit(std::move(counts));

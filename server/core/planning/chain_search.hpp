@@ -114,7 +114,7 @@ class ChainSearch {
 
   bool spent() const {
     return state_.spent() || inner_poses_ >= settings_.most_inner_poses || noEndsLeft() ||
-           (!counted() && looksSpent());
+           motions_.failedWays() >= settings_.failed_ways || (!counted() && looksSpent());
   }
 
   /// Counted as the paper counts: before any motion is looked for.

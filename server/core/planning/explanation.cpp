@@ -204,6 +204,19 @@ Failed explainAlone(const TransportProblem& problem, const PrunedByArm& at_start
 
 }  // namespace
 
+namespace {
+
+/// No tuple: at no pose for two, or at none of those that come before the last handover of more.
+std::string posesText(const std::string& object, const SearchCounts& counts) {
+  const std::string tried = std::to_string(counts.poses_asked) + " handover poses tried";
+  if (counts.last_poses == 0)
+    return "None of the " + tried + " lets both hands hold " + object + ".";
+  return "Of the " + tried + " " + std::to_string(counts.last_poses) + " let both hands hold " +
+         object + " at the chain's last handover, but no handover before it leads there.";
+}
+
+}  // namespace
+
 Failed explainSearch(const TransportProblem& problem, const PrunedByArm& at_start,
                      const PrunedByArm& at_goal, const SearchCounts& counts) {
   const std::string& object = problem.task.object;
@@ -240,9 +253,7 @@ Failed explainSearch(const TransportProblem& problem, const PrunedByArm& at_star
   }
   if (counts.tuples == 0) {
     return failed(FailureReason::kNoHandoverPose, "handover_poses",
-                  dominantPair(counts.handover_rejects) + "None of the " +
-                      std::to_string(counts.poses_asked) +
-                      " handover poses tried lets both hands hold " + object + "." +
+                  dominantPair(counts.handover_rejects) + posesText(object, counts) +
                       leanedOf(problem, counts.handover_rejects),
                   counts.handover_rejects.counts(), wide && !counts.may_meet);
   }

@@ -20,6 +20,7 @@ struct SearchCounts {
   /// That a giver and a receiver reach: of a chain's handovers the fewest, of chains the most.
   std::uint32_t lattice_points = 0;
   std::uint32_t poses_asked = 0;
+  std::uint32_t last_poses = 0;  ///< of the last handover that both hands hold the object at
   std::uint32_t tuples = 0;
   std::uint32_t chains = 0;  ///< of arms, each with a grasp at the start and one at the goal
   bool alone = false;  ///< a chain of one was searched: the same grasp at the start and at the goal

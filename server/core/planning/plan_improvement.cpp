@@ -214,10 +214,11 @@ class PlanImprover {
     const auto connected = motions_.connect(tuple);
     const auto* path = std::get_if<TransportPath>(&connected);
     if (path == nullptr || state_.over()) return std::nullopt;
-    const auto timed = timeStages(problem_, motions_.context(), *path);
+    const auto timed = timeStages(problem_, motions_.context(), *path, state_.deadline);
     const auto* stages = std::get_if<std::vector<TimedStage>>(&timed);
     if (stages == nullptr || state_.over()) return std::nullopt;
-    const auto schedule = scheduleStages(motions_.context(), *stages);
+    const auto schedule = scheduleStages(motions_.context(), *stages, state_.deadline);
+    if (state_.over()) return std::nullopt;
     TransportPlan plan = assemblePlan(problem_, motions_.context(), *path, *stages, schedule);
     setCost(problem_, path->holders.back().dexterity.give, best_placing_, plan.solution);
     const std::vector<std::string> broken = brokenRules(problem_, plan, state_.world);

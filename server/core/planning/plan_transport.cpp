@@ -137,8 +137,11 @@ class TransportSearch {
   /// nullopt: no chain of that length gives a plan.
   std::optional<Outcome> searchChains(const std::vector<Place>& places, bool repeats) {
     const std::size_t n = places.size();
-    ArmRanking givers = rankArms(problem_, first(places), 0, problem_.task.X_WO_start);
-    ArmRanking receivers = rankArms(problem_, places.back(), n - 1, problem_.task.X_WO_goal);
+    const SceneTask& task = problem_.task;
+    ArmRanking givers = rankArms(problem_, first(places), 0, task.X_WO_start, state_.deadline);
+    ArmRanking receivers =
+        rankArms(problem_, places.back(), n - 1, task.X_WO_goal, state_.deadline);
+    if (state_.over()) return ended();
     if (problem_.search == SearchWidth::kPaper && givers.arms.size() > 1) givers.arms.resize(1);
     ChainList list(problem_, places, repeats);
     list.setEnds(givers, receivers);
@@ -297,7 +300,7 @@ Outcome planTransport(const TransportProblem& problem, PlanEventSink& sink,
 std::size_t commonPoints(const TransportProblem& problem) {
   const auto armsOf = [&](const ChainHolder& which, std::size_t holder, const Pose& X_WO) {
     std::vector<Manipulator> arms;
-    for (const auto& ranked : rankArms(problem, which, holder, X_WO).arms) {
+    for (const auto& ranked : rankArms(problem, which, holder, X_WO, Deadline()).arms) {
       arms.push_back(makeManipulator(problem, ranked.arm.robot, ranked.arm.arm));
     }
     return arms;

@@ -67,8 +67,9 @@ Block blockFrom(const std::vector<TimedStage>& stages, std::size_t first) {
 
 class Scheduler {
  public:
-  Scheduler(CollisionContext& context, const std::vector<TimedStage>& stages)
-      : context_(context), stages_(stages), scheduled_(stages.size()) {
+  Scheduler(CollisionContext& context, const std::vector<TimedStage>& stages,
+            const Deadline& deadline)
+      : context_(context), stages_(stages), deadline_(deadline), scheduled_(stages.size()) {
     for (const TimedStage& stage : stages) {
       task_.push_back(stage.stage->stage);
       const Manipulator& arm = *stage.stage->mover;
@@ -79,7 +80,8 @@ class Scheduler {
   }
 
   std::vector<ScheduledStage> schedule() {
-    for (std::size_t first = 0; first < stages_.size(); first = blocks_.back().end) {
+    for (std::size_t first = 0; first < stages_.size() && !deadline_.over();
+         first = blocks_.back().end) {
       blocks_.push_back(blockFrom(stages_, first));
       place(blocks_.back());
     }
@@ -145,9 +147,9 @@ class Scheduler {
     return others;
   }
 
-  static bool isFree(const Block& block, double start, std::vector<Other>& others) {
+  bool isFree(const Block& block, double start, std::vector<Other>& others) const {
     return std::all_of(others.begin(), others.end(), [&](Other& other) {
-      if (other.until <= start) return true;
+      if (other.until <= start || deadline_.over()) return true;
       const double since = start - other.block->start;
       const double window = other.until - start;
       const TimedMotion its(other.block->path, since, since + window);
@@ -208,6 +210,7 @@ class Scheduler {
 
   CollisionContext& context_;
   const std::vector<TimedStage>& stages_;
+  const Deadline& deadline_;
   std::vector<TaskStage> task_;
   std::vector<int> arms_;  ///< per holder
   std::vector<Block> blocks_;
@@ -217,8 +220,9 @@ class Scheduler {
 }  // namespace
 
 std::vector<ScheduledStage> scheduleStages(CollisionContext& context,
-                                           const std::vector<TimedStage>& stages) {
-  return Scheduler(context, stages).schedule();
+                                           const std::vector<TimedStage>& stages,
+                                           const Deadline& deadline) {
+  return Scheduler(context, stages, deadline).schedule();
 }
 
 }  // namespace handover

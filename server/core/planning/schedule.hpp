@@ -19,7 +19,9 @@ struct ScheduledStage {
 /// latest as if there were one mover at a time.
 /// @param stages  all of a plan, in order; each proven free while all before it are done and none
 ///                after it has begun.
+/// @param deadline  once it is over what comes back means nothing.
 std::vector<ScheduledStage> scheduleStages(CollisionContext& context,
-                                           const std::vector<TimedStage>& stages);
+                                           const std::vector<TimedStage>& stages,
+                                           const Deadline& deadline);
 
 }  // namespace handover

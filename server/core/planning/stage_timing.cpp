@@ -105,8 +105,8 @@ TimedPath head(const TimedPath& path, Eigen::Index size) {
 class BlockTimer {
  public:
   BlockTimer(const TransportProblem& problem, CollisionContext& context,
-             std::span<const StagePath> stages)
-      : problem_(problem), context_(context), stages_(stages) {
+             std::span<const StagePath> stages, const Deadline& deadline)
+      : problem_(problem), context_(context), stages_(stages), deadline_(deadline) {
     for (const StagePath& stage : stages_) {
       has_fingers_ = has_fingers_ || stage.fingers.has_value();
     }
@@ -178,6 +178,7 @@ class BlockTimer {
     const Polyline line = lineOf(stage);
     const TimingLimits limits = limitsOf(*stage.mover->model, dofs);
     for (const double blend : kBlends) {
+      if (deadline_.over()) return std::nullopt;
       auto path = parameterize(line, limits, settingsOf(blend));
       if (!path) {
         fail(stage, Cause::kTiming, {path.error().detail, {}});
@@ -227,6 +228,7 @@ class BlockTimer {
     for (const double share : kLineShares) {
       const std::vector<MovementPart> shorter = shortened(parts, share);
       for (const double pull : kPulls) {
+        if (deadline_.over()) return std::nullopt;
         ThroughMovement movement(pulled(shorter, pull), aside, limits, kBlends[0], 1);
         if (movement.found()) movements.push_back(std::move(movement));
         if (!hasWaypoints(shorter)) break;
@@ -244,7 +246,7 @@ class BlockTimer {
     std::optional<std::vector<TimedStage>> best;
     double least = std::numeric_limits<double>::infinity();
     for (const ThroughMovement& movement : movements) {
-      if (movement.duration() >= least) break;
+      if (movement.duration() >= least || deadline_.over()) break;
       auto timed = cutAll(movement.timing(settingsOf(kBlends[0])), dofs);
       if (!timed) continue;
       const double cost = movement.duration() + priceOf(*timed);
@@ -332,6 +334,7 @@ class BlockTimer {
     std::vector<TimedStage> timed;
     std::size_t first = 0;
     for (std::size_t i = 0; i < stages_.size(); ++i) {
+      if (deadline_.over()) return std::nullopt;
       const bool ends = i + 1 == stages_.size();
       const std::size_t last = ends ? joined->path.t.size() - 1 : cut(joined->junctions[i], i);
       if (last <= first) return std::nullopt;
@@ -469,6 +472,7 @@ class BlockTimer {
   const TransportProblem& problem_;
   CollisionContext& context_;
   std::span<const StagePath> stages_;
+  const Deadline& deadline_;
   bool has_fingers_ = false;
   Part finger_part_ = kFingerParts.front();
   MotionFailure failure_;
@@ -485,12 +489,13 @@ std::size_t blockEnd(const std::vector<StagePath>& stages, std::size_t first) {
 
 std::variant<std::vector<TimedStage>, MotionFailure> timeStages(const TransportProblem& problem,
                                                                 CollisionContext& context,
-                                                                const TransportPath& path) {
+                                                                const TransportPath& path,
+                                                                const Deadline& deadline) {
   std::vector<TimedStage> timed;
   for (std::size_t first = 0; first < path.stages.size();) {
     const std::size_t end = blockEnd(path.stages, first);
     const std::span block(path.stages.data() + first, end - first);
-    auto result = BlockTimer(problem, context, block).time();
+    auto result = BlockTimer(problem, context, block, deadline).time();
     if (auto* failure = std::get_if<MotionFailure>(&result)) return std::move(*failure);
     for (TimedStage& stage : std::get<std::vector<TimedStage>>(result)) {
       timed.push_back(std::move(stage));

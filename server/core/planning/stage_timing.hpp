@@ -23,9 +23,10 @@ struct TimedStage {
 /// Times all stages. Every curve is proven free in the world of its stage (StateChecker::hitAlong)
 /// and, where the tool has to go straight, measured. Stages that may be joined are timed as one;
 /// where that touches or leaves the line, by themselves; a stage that touches is timed again with
-/// tighter corners before it is given up.
+/// tighter corners before it is given up. Once the deadline is over what comes back means nothing.
 std::variant<std::vector<TimedStage>, MotionFailure> timeStages(const TransportProblem& problem,
                                                                 CollisionContext& context,
-                                                                const TransportPath& path);
+                                                                const TransportPath& path,
+                                                                const Deadline& deadline);
 
 }  // namespace handover

@@ -488,15 +488,33 @@ std::optional<JointPath> TransportMotions::homePath(std::size_t holder, const Tr
                             seedFor(holder, kHome, grasp), known);
 }
 
-const TransportMotions::FailedCarry* TransportMotions::knownToFail(const TransportTuple& tuple,
-                                                                   const Motions& motions) const {
-  if (last() == 0 || problem_.settings.independent) return nullptr;
-  const ArmVector q = takeConfiguration(last(), motions);
-  const auto found =
-      std::find_if(failed_carries_.begin(), failed_carries_.end(), [&](const FailedCarry& it) {
-        return it.place == tuple.holders.back().give.grasp && it.q == q;
-      });
-  return found == failed_carries_.end() ? nullptr : &*found;
+TransportMotions::FailedMotion TransportMotions::lastCarry(const TransportTuple& tuple,
+                                                           const Motions& motions) const {
+  return {last(), kCarry, tuple.holders.back().give.grasp, takeConfiguration(last(), motions), {}};
+}
+
+TransportMotions::FailedMotion TransportMotions::wayHome(std::size_t holder,
+                                                         const TransportTuple& tuple,
+                                                         const Motions& motions) const {
+  const DualGrasp& hands = motions.dual_grasps[holder];
+  return {holder, kHome, tuple.holders[holder].give.grasp, hands.q_g, hands.q_r};
+}
+
+/// What was not found is not sought again where only little is otherwise: hands at home that are
+/// opened differently, the way by which the arm came.
+std::optional<Cause> TransportMotions::knownToFail(const FailedMotion& motion) const {
+  if (problem_.settings.independent) return std::nullopt;
+  const auto found = std::find_if(failed_motions_.begin(), failed_motions_.end(),
+                                  [&](const auto& failed) { return failed.first == motion; });
+  if (found == failed_motions_.end()) return std::nullopt;
+  return found->second;
+}
+
+MotionFailure TransportMotions::noWay(std::size_t holder, StageAction action, Cause cause) {
+  if (holder < last()) {
+    most_failed_ways_ = std::max(most_failed_ways_, ++failed_ways_[{holder, action}]);
+  }
+  return {{static_cast<std::uint32_t>(holder), action}, cause, {}};
 }
 
 /// What fails most and costs least to find out comes first.
@@ -520,11 +538,11 @@ std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple&
   motions.reaches.resize(n);
   motions.carries.resize(n);
   motions.homes.resize(n);
-  // The last holder carries it away when the giver is back, whatever comes before. A carry that was
-  // not found is not sought again: with another grasp the giver's hand, at home, is only opened
-  // otherwise.
-  if (const auto* failed = knownToFail(tuple, motions)) {
-    return failure(last(), kCarry, failed->cause);
+  // The last holder carries it away when the giver is back, whatever comes before.
+  if (last() > 0) {
+    if (const auto cause = knownToFail(lastCarry(tuple, motions))) {
+      return failure(last(), kCarry, *cause);
+    }
   }
   Cause cause = Cause::kNoPath;
   const auto carry = [&](std::size_t holder) {
@@ -534,8 +552,7 @@ std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple&
     return path.has_value();
   };
   if (last() > 0 && !carry(last())) {
-    failed_carries_.push_back(
-        {tuple.holders.back().give.grasp, takeConfiguration(last(), motions), cause});
+    failed_motions_.emplace_back(lastCarry(tuple, motions), cause);
     return failure(last(), kCarry, cause);
   }
   if (!problem_.task.held_by) {
@@ -543,14 +560,20 @@ std::optional<MotionFailure> TransportMotions::findMotions(const TransportTuple&
     if (!pick) return failure(0, kReach);
     motions.pick = &*pick;
   }
+  for (std::size_t k = 0; k < last(); ++k) {
+    if (knownToFail(wayHome(k, tuple, motions))) return failure(k, kHome);
+  }
   for (std::size_t k = 0; k < n; ++k) {
-    if ((k < last() || n == 1) && !carry(k)) return failure(k, kCarry, cause);
+    if ((k < last() || n == 1) && !carry(k)) return noWay(k, kCarry, cause);
     if (k == last()) break;
     auto reach = reachPath(k + 1, tuple, motions);
     if (!reach) return failure(k + 1, kReach);
     motions.reaches[k + 1] = std::move(*reach);
     auto home = homePath(k, tuple, motions);
-    if (!home) return failure(k, kHome);
+    if (!home) {
+      failed_motions_.emplace_back(wayHome(k, tuple, motions), Cause::kNoPath);
+      return noWay(k, kHome, Cause::kNoPath);
+    }
     motions.homes[k] = std::move(*home);
   }
   return std::nullopt;

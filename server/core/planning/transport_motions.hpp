@@ -65,6 +65,10 @@ class TransportMotions {
   /// How many searches for a free motion by trees have found nothing.
   std::uint32_t failedTrees() const { return free_motion_.failedTrees(); }
 
+  /// How many ways of one giver, to where it gives the object or home, were sought in vain: the
+  /// most of one stage.
+  std::uint32_t failedWays() const { return most_failed_ways_; }
+
   /// Drops the receiver's leading configurations until one has a collision-free straight approach,
   /// the giver out of the way; false, nothing changed, if none has.
   bool keepApproachable(std::size_t handover, const Pose& X_WH, FeasibleGrasp& receive);
@@ -112,11 +116,13 @@ class TransportMotions {
     JointPath approach, retreat;  ///< the receiver's, on to q_r; the giver's, back from q_g
   };
 
-  /// A carry to the last grasp that was not found.
-  struct FailedCarry {
-    int place;
-    ArmVector q;  ///< where it began
-    Cause cause;
+  /// A free motion that was not found.
+  struct FailedMotion {
+    std::size_t holder;
+    StageAction action;
+    int grasp;             ///< of the holder, where it gives the object
+    ArmVector q, q_other;  ///< the holder's arm at the handover, and who else is there
+    bool operator==(const FailedMotion&) const = default;
   };
 
   /// Everything that connect() finds, by holder or handover.
@@ -167,7 +173,12 @@ class TransportMotions {
                                      const Motions& motions);
   std::optional<JointPath> homePath(std::size_t holder, const TransportTuple& tuple,
                                     const Motions& motions);
-  const FailedCarry* knownToFail(const TransportTuple& tuple, const Motions& motions) const;
+  MotionFailure noWay(std::size_t holder, StageAction action, Cause cause);
+  FailedMotion lastCarry(const TransportTuple& tuple, const Motions& motions) const;
+  FailedMotion wayHome(std::size_t holder, const TransportTuple& tuple,
+                       const Motions& motions) const;
+  /// Why it was not found; none: it has not been sought.
+  std::optional<Cause> knownToFail(const FailedMotion& motion) const;
   std::optional<MotionFailure> findMotions(const TransportTuple& tuple, Motions& motions);
   ArmVector takeConfiguration(std::size_t holder, const Motions& motions) const;
   ArmVector giveConfiguration(std::size_t holder, const Motions& motions) const;
@@ -190,7 +201,8 @@ class TransportMotions {
   /// By the last holder's grasp, and the first of its configurations.
   std::map<std::pair<int, std::vector<double>>, std::optional<PlaceMotion>> places_;
   std::deque<PlaceMotion> elsewhere_;  ///< of carryElsewhere()
-  std::vector<FailedCarry> failed_carries_;
+  std::vector<std::pair<FailedMotion, Cause>> failed_motions_;
+  std::map<std::pair<std::size_t, StageAction>, std::uint32_t> failed_ways_;  ///< of givers
 
   /// Two grasps at one handover.
   struct HandsAt {
@@ -201,7 +213,7 @@ class TransportMotions {
 
   std::set<HandsAt> hopeless_hands_;
   std::map<std::pair<std::size_t, int>, HandConflicts> hand_conflicts_;  ///< by receiver's grasp
-  std::uint32_t failed_ik_solves_ = 0, ik_looks_ = 0;
+  std::uint32_t failed_ik_solves_ = 0, ik_looks_ = 0, most_failed_ways_ = 0;
 };
 
 }  // namespace handover

@@ -90,7 +90,8 @@ TEST_F(PlanningStepsTest, RestNoneWaivesTheGapButNotTheDepth) {
 }
 
 TEST_F(PlanningStepsTest, ArmThatHoldsTheTrayIsNamedSo) {
-  const ArmRanking ranking = rankArms(problem_, ChainHolder{hubo_, {}}, 1, problem_.task.X_WO_goal);
+  const ArmRanking ranking =
+      rankArms(problem_, ChainHolder{hubo_, {}}, 1, problem_.task.X_WO_goal, Deadline());
   ASSERT_EQ(ranking.scores.size(), 2u);
   ASSERT_EQ(ranking.arms.size(), 1u);
   EXPECT_EQ(ranking.scores[1].arm, (ArmName{"hubo", "right"}));
@@ -102,7 +103,7 @@ TEST_F(PlanningStepsTest, ArmThatHoldsTheTrayIsNamedSo) {
 
 TEST_F(PlanningStepsTest, ArmsTheRequestLeavesOutAreExcludedOrNamedByWhatElseTheyLack) {
   const ArmRanking ranking =
-      rankArms(problem_, ChainHolder{hubo_, ArmId(1)}, 1, problem_.task.X_WO_goal);
+      rankArms(problem_, ChainHolder{hubo_, ArmId(1)}, 1, problem_.task.X_WO_goal, Deadline());
   EXPECT_TRUE(ranking.arms.empty());
   EXPECT_EQ(ranking.scores[0].rejected, Cause::kExcluded);
   const Failed why = explainArms(problem_, PruningPlace::kGoal, ranking);
@@ -116,15 +117,23 @@ TEST_F(PlanningStepsTest, HandsWithoutGraspsAreNoGraspNotUnreachable) {
     for (auto& grasps : robot.grasps) grasps = nullptr;
   }
   const ArmRanking ranking =
-      rankArms(problem_, ChainHolder{crichton_, {}}, 0, problem_.task.X_WO_start);
+      rankArms(problem_, ChainHolder{crichton_, {}}, 0, problem_.task.X_WO_start, Deadline());
   EXPECT_EQ(explainArms(problem_, PruningPlace::kStart, ranking).reason, FailureReason::kNoGrasp);
 }
 
 TEST_F(PlanningStepsTest, NoArmOfTheRobotOnTheFarSideReaches) {
   const ArmRanking ranking =
-      rankArms(problem_, ChainHolder{hubo_, {}}, 0, problem_.task.X_WO_start);
+      rankArms(problem_, ChainHolder{hubo_, {}}, 0, problem_.task.X_WO_start, Deadline());
   EXPECT_TRUE(ranking.arms.empty());
   EXPECT_EQ(ranking.scores[0].rejected, Cause::kNotInMap);
+}
+
+TEST_F(PlanningStepsTest, WhatIsBeyondAnArmsLengthIsProvenOutOfReach) {
+  const Pose X_WO_far(Eigen::Translation3d(7, 0, 1));
+  const ArmRanking ranking =
+      rankArms(problem_, ChainHolder{crichton_, {}}, 0, X_WO_far, Deadline());
+  EXPECT_TRUE(ranking.arms.empty());
+  EXPECT_TRUE(ranking.proven);
 }
 
 /// The motions of Crichton's right arm alone.

@@ -185,6 +185,15 @@ std::size_t autoHolders(const std::string& cell) {
   return answer.solution().holders.size();
 }
 
+TEST(Chains, OfOtherArmsAreSearchedWhereGiversCannotLeave) {
+  PlanRequest request = requestFor("relay");
+  request.seed = 244;
+  request.overrides = {{"robots.first.base.xyz", "[0.16805703793, 0.35084903542, 0]"}};
+  const Answer answer = ask(request);
+  ASSERT_TRUE(std::holds_alternative<Done>(answer.outcome)) << reasonOf(answer.outcome);
+  EXPECT_TRUE(verified(answer.events, answer.outcome, HANDOVER_SOURCE_DIR));
+}
+
 TEST(AutoChain, OfPickAndPlaceIsOneHolder) { EXPECT_EQ(autoHolders("pick_place"), 1u); }
 
 TEST(AutoChain, OfTheRelayIsThreeHolders) { EXPECT_EQ(autoHolders("relay"), 3u); }

@@ -87,6 +87,21 @@ TEST_F(ClientStreams, EndAnAnswerThatIsTooLongForAReaderThatDoesNotTake) {
   EXPECT_LT(mostTake(client, 3), 5);
 }
 
+TEST_F(ClientStreams, GoOnForAClientWhoseAnswerWasGivenUp) {
+  start();
+  Client client({.domain = domain, .client_id = "slow", .wait = 20s});
+  {
+    const SleepingReader sleeping(domain);
+    EXPECT_TRUE(std::holds_alternative<Failed>(client.plan(scripted("talk")).wait()));
+    EXPECT_TRUE(std::holds_alternative<Done>(client.plan(scripted("answer")).wait()));
+  }
+  // As does one that comes later by the same name.
+  Client again({.domain = domain, .client_id = "slow", .wait = 20s});
+  for (Client* each : {&client, &again}) {
+    EXPECT_TRUE(std::holds_alternative<Done>(each->plan(scripted("answer")).wait()));
+  }
+}
+
 TEST_F(ClientStreams, AreNoneForRequestsOfAnotherDaemonsCell) {
   start();
   wire::Participant other({.domain = domain, .name = "other", .on_writer = {}});

@@ -66,6 +66,24 @@ TEST(Timing, KeepsEveryLimitOnRandomPaths) {
   }
 }
 
+TEST(Timing, OfMinutesIsSoundWithABoundedNumberOfSamples) {
+  TimingLimits limits = armLimits();
+  TimingSettings gaps;  // of what is looked at
+  gaps.max_sample_gap = 1;
+  Random random(13);
+  for (const double velocity : {0.01, 0.003, 0.001}) {  // of one joint, down to the least
+    limits.velocity[6] = velocity;
+    for (int run = 0; run < 5; ++run) {
+      SCOPED_TRACE(std::to_string(velocity) + " rad/s, run " + std::to_string(run));
+      const std::vector<VectorXd> waypoints = random.path(limits);
+      const auto path = parameterize(waypoints, limits, {});
+      if (!path) continue;  // more than an hour
+      EXPECT_LE(path->t.size(), 12'000u);
+      expectSound(*path, waypoints, limits, gaps);
+    }
+  }
+}
+
 TEST(Timing, StaysNearThePolylineAndTheFastestMotion) {
   Random random(12);
   double longest = 0, farthest = 0;

@@ -15,6 +15,23 @@ PrunedByArm noneOf(Cause cause, std::uint32_t count) {
   return {{ArmName{"hubo", "left"}, pruned}};
 }
 
+TEST(ExplainSearch, SaysAtWhichHandoverOfAChainPosesEnded) {
+  TransportProblem problem;
+  problem.task.object = "box";
+  SearchCounts counts;
+  counts.lattice_points = 275;
+  counts.poses_asked = 3973;
+  counts.handover_rejects.add(Cause::kNoIk, 3965);
+  EXPECT_EQ(explainSearch(problem, {}, {}, counts).explanation.text,
+            "None of the 3973 handover poses tried lets both hands hold box.");
+  counts.last_poses = 8;
+  const Failed later = explainSearch(problem, {}, {}, counts);
+  EXPECT_EQ(later.reason, FailureReason::kNoHandoverPose);
+  EXPECT_EQ(later.explanation.text,
+            "Of the 3973 handover poses tried 8 let both hands hold box at the chain's last "
+            "handover, but no handover before it leads there.");
+}
+
 TEST(ExplainDeadline, KeepsWhatWasCountedOfMotions) {
   SearchCounts counts;
   counts.handover_rejects.add(Cause::kNoIk, 900);

@@ -73,7 +73,7 @@ class ScheduleTest : public testing::Test {
     stages_[i] = {&stage, stage.dofs, *path, 0, false};
   }
 
-  std::vector<ScheduledStage> schedule() { return scheduleStages(*context_, stages_); }
+  std::vector<ScheduledStage> schedule() { return scheduleStages(*context_, stages_, Deadline()); }
 
   double duration(std::size_t holder, StageAction action) const {
     return stages_[at(holder, action)].path.duration();
