@@ -20,7 +20,7 @@ constexpr double kDegree = M_PI / 180;
 /// Serves kneeling and pick_place; its cache lies in the build folder.
 CellService& service() {
   static CellService instance(HANDOVER_SOURCE_DIR, {"kneeling", "pick_place"},
-                              HANDOVER_BINARY_DIR "/test-cache/handover", {}, false);
+                              CacheFolder{HANDOVER_BINARY_DIR "/test-cache/handover"}, {}, false);
   static const bool prepared = [] {
     instance.prepareAll(Deadline());
     return true;
