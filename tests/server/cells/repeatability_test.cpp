@@ -72,8 +72,9 @@ class Interleaved : public Repeatability {
  protected:
   void SetUp() override {
     Repeatability::SetUp();
-    runtime_.emplace(butlerService(), endpoint_,
-                     RuntimeSettings{.threads = 2, .queue_capacity = 1000, .id = {9}});
+    RuntimeSettings settings{.threads = 2, .queue_capacity = 1000, .id = {9}};
+    settings.sharing = CellSharing::kShared;
+    runtime_.emplace(butlerService(), endpoint_, settings);
     runtime_->start();
     ASSERT_TRUE(endpoint_.waitForStatus(
         [](const DaemonStatus& status) { return status.state == DaemonState::kReady; }));

@@ -151,7 +151,9 @@ TEST_P(Shipped, IsTheSameToTheByteWhenPlannedAgain) {
 
 TEST(ShippedCells, AreTheSameToTheByteForTwoWorkers) {
   MemoryEndpoint endpoint;
-  Runtime runtime(service(), endpoint, RuntimeSettings{.threads = 2, .id = {9}});
+  RuntimeSettings settings{.threads = 2, .id = {9}};
+  settings.sharing = CellSharing::kShared;
+  Runtime runtime(service(), endpoint, settings);
   runtime.start();
   std::vector<PlanRequest> requests;
   for (const ShippedCell& cell : kCells) {
@@ -160,7 +162,7 @@ TEST(ShippedCells, AreTheSameToTheByteForTwoWorkers) {
   }
   for (const PlanRequest& request : requests) {
     const auto ended = [](const std::vector<PlanEvent>& events) {
-      return std::holds_alternative<Outcome>(events.back().payload);
+      return !events.empty() && std::holds_alternative<Outcome>(events.back().payload);
     };
     const auto events = endpoint.waitFor(request.id, ended, std::chrono::minutes(5));
     ASSERT_TRUE(events.has_value()) << request.cell;
