@@ -29,13 +29,18 @@ CellState holding(CellState state, const Manipulator& manipulator, const Grasp& 
   return state;
 }
 
+TiltLimit tiltAtEnds(const SceneTask& task) {
+  TiltLimit ends;
+  if (task.upright) ends.axis_O = Eigen::Vector3d(task.upright->axis.data()).normalized();
+  ends.most = std::max(tiltOf(task.X_WO_start.linear() * ends.axis_O),
+                       tiltOf(task.X_WO_goal.linear() * ends.axis_O));
+  return ends;
+}
+
 std::optional<TiltLimit> tiltLimitOf(const SceneTask& task) {
   if (!task.upright) return std::nullopt;
-  const auto& [x, y, z] = task.upright->axis;
-  TiltLimit limit{Eigen::Vector3d(x, y, z).normalized(), 0};
-  limit.most = std::max(tiltOf(task.X_WO_start.linear() * limit.axis_O),
-                        tiltOf(task.X_WO_goal.linear() * limit.axis_O)) +
-               task.upright->within_deg * M_PI / 180;
+  TiltLimit limit = tiltAtEnds(task);
+  limit.most += task.upright->within_deg * M_PI / 180;
   if (limit.most >= M_PI) return std::nullopt;
   return limit;
 }

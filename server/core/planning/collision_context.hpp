@@ -31,8 +31,11 @@ struct CellState {
 CellState holding(CellState state, const Manipulator& manipulator, const Grasp& grasp,
                   const ArmVector& q);
 
-/// How far the task's object may lean in a hand, from its poses at start and goal (design §5,
-/// Upright); nullopt: however it likes.
+/// How a task's object stands at its ends: which of its axes leans (that of `upright`, else its z),
+/// and the larger angle to world z of start and goal.
+TiltLimit tiltAtEnds(const SceneTask& task);
+
+/// How far the task's object may lean in a hand (design §5, Upright); nullopt: however it likes.
 std::optional<TiltLimit> tiltLimitOf(const SceneTask& task);
 
 /// Contacts of a holder's open hand at the object: a cup stands nearer to it than the margins reach

@@ -2,6 +2,7 @@
 #include "core/planning/plan_quality.hpp"
 
 #include "core/motion/quintic.hpp"
+#include "core/planning/collision_context.hpp"
 #include "core/planning/plan_clearance.hpp"
 
 #include <algorithm>
@@ -225,10 +226,6 @@ class LeastTime {
 
 // ---- the object's turning -----------------------------------------------------------------------
 
-double angleToVertical(const Eigen::Vector3d& axis_W) {
-  return std::atan2(axis_W.head<2>().norm(), axis_W.z());
-}
-
 /// Follows the object while arms carry it.
 class ObjectTurning {
  public:
@@ -272,7 +269,7 @@ class ObjectTurning {
     const Pose X_AT = arm.kinematics->toolPose(q_, J_);
     const Eigen::Vector3d w_W = R_WA * (J_.bottomRows<3>() * qd_);
     const Eigen::Vector3d axis_W = R_WA * (X_AT.linear() * axis_T_);
-    most_ = std::max(most_, angleToVertical(axis_W));
+    most_ = std::max(most_, tiltOf(axis_W));
     return {t, w_W.norm(), axis_W.z(), w_W.cross(axis_W).z()};
   }
 
@@ -314,18 +311,16 @@ class ObjectTurning {
 
 void measureTurning(const TransportProblem& problem, const TransportPath& path, const Stages& timed,
                     Quality& quality) {
-  const Eigen::Vector3d axis_O = Eigen::Vector3d::UnitZ();
+  const TiltLimit ends = tiltAtEnds(problem.task);
   const Eigen::Matrix3d R_start = problem.task.X_WO_start.linear();
   const Eigen::Matrix3d R_goal = problem.task.X_WO_goal.linear();
-  ObjectTurning turning(axis_O);
+  ObjectTurning turning(ends.axis_O);
   for (const TimedStage& stage : timed) {
     if (!carries(taskOf(stage))) continue;
     const HolderPath& holder = path.holders[taskOf(stage).holder];
     turning.follow(stage, holder.manipulator->grasp(holder.grasp).X_OT.linear().transpose());
   }
-  const double lawful =
-      std::max(angleToVertical(R_start * axis_O), angleToVertical(R_goal * axis_O));
-  quality.tilt_deg = std::max(0.0, turning.most() - lawful) / kDegree;
+  quality.tilt_deg = std::max(0.0, turning.most() - ends.most) / kDegree;
   quality.object_turn_deg = {
       turning.turned() / kDegree,
       Eigen::Quaterniond(R_start).angularDistance(Eigen::Quaterniond(R_goal)) / kDegree};

@@ -153,6 +153,17 @@ TEST(Upright, ACarriedBoxStaysUprightAllTheWay) {
   EXPECT_TRUE(upright.verified());
 }
 
+TEST(Upright, QualityTellsTheTiltOfTheAxisThatIsKept) {
+  const Answer answer =
+      ask(requestFor("pick_place", {{"tasks.move.upright", "{axis: [0, 3, 4], within_deg: 20}"}}));
+  ASSERT_TRUE(answer.done());
+  EXPECT_TRUE(answer.verified());  // the verifier measures it, too
+  for (const Solution& solution : allOf<Solution>(answer.events)) {
+    ASSERT_TRUE(solution.quality);
+    EXPECT_LE(solution.quality->tilt_deg, 20.01);
+  }
+}
+
 TEST(Upright, WhatNoHandoverKeepsUprightIsToldSo) {
   // Not at all: Hubo, on its knees, receives from above.
   PlanRequest request = requestFor("kneeling", {{"tasks.feed.upright.within_deg", "0"},
