@@ -439,7 +439,7 @@ class BlockTimer {
 
   bool keepsTilt(const TimedStage& timed) {
     const StagePath& stage = *timed.stage;
-    return !carries(stage.stage) ||
+    return !context_.tilt() || !carries(stage.stage) ||
            context_.make(stage.state, *stage.mover, timed.dofs, allowedContacts(stage.stage))
                .keepsTilt(TimedMotion(timed.path));
   }
