@@ -202,10 +202,6 @@ Failed explainAlone(const TransportProblem& problem, const PrunedByArm& at_start
                 tally.counts(), false);
 }
 
-}  // namespace
-
-namespace {
-
 /// No tuple: at no pose for two, or at none of those that come before the last handover of more.
 std::string posesText(const std::string& object, const SearchCounts& counts) {
   const std::string tried = std::to_string(counts.poses_asked) + " handover poses tried";
