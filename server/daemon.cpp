@@ -3,10 +3,10 @@
 
 #include "dds/dds_endpoint.hpp"
 #include "dds/self_check.hpp"
-#include "exit_code.hpp"
 #include "service_manager.hpp"
 #include "wire/entities.hpp"
 
+#include <handover/common/exit_code.hpp>
 #include <handover/common/log.hpp>
 
 #include <unistd.h>

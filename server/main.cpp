@@ -16,7 +16,6 @@
 #include "cells/decomposition_cache.hpp"
 #include "cells/scene_check.hpp"
 #include "daemon.hpp"
-#include "exit_code.hpp"
 #include "runtime/memory.hpp"
 #include "settings/check.hpp"
 #include "settings/roots.hpp"
@@ -25,6 +24,7 @@
 #include "wire/entities.hpp"
 
 #include <handover/common/domain.hpp>
+#include <handover/common/exit_code.hpp>
 #include <handover/common/log.hpp>
 #include <handover/common/mutex.hpp>
 #include <handover/common/standard_streams.hpp>

@@ -2,6 +2,7 @@
 // The commands of handoverctl, each a function from options to an exit code.
 #pragma once
 
+#include <handover/common/exit_code.hpp>
 #include <handover/common/plan_event.hpp>
 
 #include <chrono>
@@ -12,19 +13,6 @@
 #include <vector>
 
 namespace handover::ctl {
-
-/// What the process returns.
-enum ExitCode : int {
-  kExitDone = 0,
-  kExitInternal = 1,
-  kExitUsage = 2,
-  kExitConfiguration = 3,
-  kExitDds = 4,
-  kExitNoPlan = 10,
-  kExitCancelled = 11,
-  kExitRejected = 12,
-  kExitNoDaemon = 13,
-};
 
 struct CommonOptions {
   int domain = 0;

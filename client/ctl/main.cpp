@@ -423,6 +423,6 @@ int main(int argc, char** argv) {
     return handover::checkedOutput("handoverctl", handover::ctl::run(argc, argv));
   } catch (const std::exception& error) {
     std::cerr << "handoverctl: " << error.what() << std::endl;
-    return handover::ctl::kExitInternal;
+    return handover::kExitInternal;
   }
 }
