@@ -12,7 +12,6 @@ namespace {
 
 /// Items of a list that one value holds, so that it stays below its bound.
 constexpr std::size_t kItemsPerValue = 64;
-constexpr std::size_t kMostAnswered = 1024;
 
 using Extensions = std::vector<msg::KeyValue>;
 

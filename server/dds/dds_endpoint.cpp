@@ -29,9 +29,6 @@ constexpr int kSenders = 2;
 /// Of a datagram to the library and our callbacks, which decode and hand on: milliseconds.
 constexpr std::chrono::seconds kLongestDelivery{3};
 
-/// Answered requests that are told to other daemons: what the status holds.
-constexpr std::size_t kMostAnswered = 1024;
-
 /// A client's request writer that is lost for this long is gone. One that a daemon lost in its
 /// sleep is back with the client's next announcements, 0.2 to 3 s later.
 constexpr std::chrono::seconds kReturnTime{10};

@@ -94,6 +94,9 @@ struct AnswerTimes {
   bool operator==(const AnswerTimes&) const = default;
 };
 
+/// Answered requests that a status names, at most.
+inline constexpr std::size_t kMostAnswered = 1024;
+
 struct DaemonStatus {
   DaemonId id{};
   std::string version;
