@@ -116,11 +116,8 @@ std::vector<SaidFirst> heartbeatsOf(Bytes datagram) {
   std::vector<SaidFirst> found;
   forEachSubmessage(datagram, [&](const Submessage& submessage, bool) {
     if (submessage.id != kHeartbeatId) return;
-    SaidFirst next;
-    std::copy(submessage.from.begin(), submessage.from.end(), next.writer.begin());
-    std::copy_n(submessage.content.begin() + 4, 4, next.writer.begin() + submessage.from.size());
-    next.first = submessage.sequenceAt(8);
-    found.push_back(next);
+    found.push_back(
+        {guidOf(submessage.from, submessage.content.subspan(4, 4)), submessage.sequenceAt(8)});
   });
   return found;
 }

@@ -17,7 +17,6 @@ using Guid = std::array<std::uint8_t, 16>;
 constexpr EntityId kAnnouncer{0, 1, 0, 0xc2}, kParticipant{0, 0, 1, 0xc1};  // RTPS 2.3, 9.3.1.5
 
 enum Parameter : std::uint16_t {
-  kSentinel = 0x01,
   kLease = 0x02,
   kGuid = 0x50,
   kBuiltinEndpoints = 0x58,
@@ -29,12 +28,7 @@ constexpr auto kLook = 50ms;
 /// A domain has at most 120 participants of a machine; who is heard stays.
 constexpr std::size_t kMostParticipants = 4'096;
 
-Guid guidOf(const GuidPrefix& prefix) {
-  Guid guid{};
-  std::copy(prefix.begin(), prefix.end(), guid.begin());
-  std::copy(kParticipant.begin(), kParticipant.end(), guid.begin() + prefix.size());
-  return guid;
-}
+Guid guidOf(const GuidPrefix& prefix) { return wire::guidOf(prefix, kParticipant); }
 
 bool isAnnouncer(Bytes writer) {
   return std::equal(kAnnouncer.begin(), kAnnouncer.end(), writer.begin());
@@ -85,7 +79,7 @@ std::optional<Announcement> announcementIn(Bytes payload, const Guid& speaker) {
   for (std::size_t at = 4; at + 4 <= payload.size();) {
     const auto id = static_cast<std::uint16_t>(numberAt(payload, at, 2, found.little));
     const std::size_t length = numberAt(payload, at + 2, 2, found.little);
-    if (id == kSentinel) return found;
+    if (id == kSentinelId) return found;
     at += 4;
     if (length > payload.size() - at) return std::nullopt;
     if (!take(found, id, payload.subspan(at, length), at, speaker)) return std::nullopt;
@@ -124,7 +118,7 @@ std::vector<std::uint8_t> departure(const GuidPrefix& prefix, std::int64_t sampl
   append(bytes, std::to_array<std::uint8_t>({0, kKeyHash, 0, 16}));
   append(bytes, guidOf(prefix));
   append(bytes, std::to_array<std::uint8_t>({0, 0x71, 0, 4, 0, 0, 0, 3}));
-  append(bytes, std::to_array<std::uint8_t>({0, kSentinel, 0, 0}));
+  append(bytes, std::to_array<std::uint8_t>({0, kSentinelId, 0, 0}));
   return bytes;
 }
 

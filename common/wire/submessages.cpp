@@ -32,6 +32,13 @@ GuidPrefix prefixAt(Bytes bytes) {
 
 }  // namespace
 
+std::array<std::uint8_t, 16> guidOf(const GuidPrefix& participant, Bytes entity) {
+  std::array<std::uint8_t, 16> guid{};
+  std::copy(participant.begin(), participant.end(), guid.begin());
+  std::copy_n(entity.begin(), guid.size() - participant.size(), guid.begin() + participant.size());
+  return guid;
+}
+
 std::uint32_t numberAt(Bytes bytes, std::size_t at, std::size_t size, bool little) {
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < size && at + size <= bytes.size(); ++i) {
@@ -77,13 +84,12 @@ bool forEachSubmessage(Bytes datagram, const std::function<void(const Submessage
 }
 
 std::optional<std::size_t> payloadOf(const Submessage& data, std::size_t members) {
-  constexpr std::uint16_t kSentinel = 1;
   std::size_t at = 4 + static_cast<std::size_t>(data.shortAt(2));
   if (at < members || at > data.content.size()) return std::nullopt;
   if ((data.flags & kInlineQosFlag) == 0) return at;
   for (bool ended = false; !ended;) {
     if (at + 4 > data.content.size()) return std::nullopt;
-    ended = data.shortAt(at) == kSentinel;
+    ended = data.shortAt(at) == kSentinelId;
     at += 4 + (ended ? 0 : static_cast<std::size_t>(data.shortAt(at + 2)));
   }
   return at <= data.content.size() ? std::optional(at) : std::nullopt;

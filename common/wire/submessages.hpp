@@ -25,7 +25,14 @@ enum SubmessageId : std::uint8_t {
 /// Of a data submessage.
 enum DataFlag : std::uint8_t { kInlineQosFlag = 2, kWithDataFlag = 4 };
 
+/// Ends a list of parameters.
+constexpr std::uint16_t kSentinelId = 0x01;
+
 using GuidPrefix = std::array<std::uint8_t, 12>;
+
+/// Of an entity of a participant. @pre its id has four bytes.
+std::array<std::uint8_t, 16> guidOf(const GuidPrefix& participant,
+                                    std::span<const std::uint8_t> entity);
 
 /// A number of up to four bytes. Reading beyond the end gives zeros: look at the size first.
 std::uint32_t numberAt(std::span<const std::uint8_t> bytes, std::size_t at, std::size_t size,
