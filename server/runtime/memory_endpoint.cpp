@@ -92,8 +92,9 @@ std::optional<std::vector<PlanEvent>> MemoryEndpoint::waitFor(
   std::vector<PlanEvent> seen;
   const bool met = changed_.wait_for(lock, most, [&]() HANDOVER_REQUIRES(mutex_) {
     const auto found = events_.find(id);
-    if (found != events_.end()) seen = found->second;
-    return condition(seen);
+    if (found == events_.end() || !condition(found->second)) return false;
+    seen = found->second;
+    return true;
   });
   if (!met) return std::nullopt;
   return seen;
@@ -101,7 +102,7 @@ std::optional<std::vector<PlanEvent>> MemoryEndpoint::waitFor(
 
 std::optional<Outcome> MemoryEndpoint::outcome(const RequestId& id) const {
   const auto ended = [](const std::vector<PlanEvent>& events) {
-    return !events.empty() && std::holds_alternative<Outcome>(events.back().payload);
+    return std::holds_alternative<Outcome>(events.back().payload);
   };
   const auto seen = waitFor(id, ended);
   if (!seen) return std::nullopt;

@@ -38,7 +38,7 @@ class MemoryEndpoint : public Endpoint {
 
   /// Events of a request so far, in the order of publishing.
   std::vector<PlanEvent> events(const RequestId& id) const;
-  /// Waits until the events of a request fulfil a condition; nullopt after `most`.
+  /// Waits until a request has events and they fulfil a condition; nullopt after `most`.
   std::optional<std::vector<PlanEvent>> waitFor(
       const RequestId& id, const std::function<bool(const std::vector<PlanEvent>&)>& condition,
       std::chrono::milliseconds most = std::chrono::seconds(20)) const;
