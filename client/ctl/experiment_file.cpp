@@ -73,15 +73,19 @@ std::optional<Spread> failureTimes(const ExperimentRecord& experiment) {
   return spreadOver(experiment, [](const RunRecord& run) { return run.failure_s; });
 }
 
+/// Between such bodies [m]; nullopt: not told.
+std::optional<double> leastClearance(const Quality& quality, const std::string& between) {
+  std::optional<double> least;
+  for (const ClearanceQuality& it : quality.clearance) {
+    if (it.between == between) least = std::min(least.value_or(it.least_m), it.least_m);
+  }
+  return least;
+}
+
 /// The least distance between such bodies, of each plan.
 std::vector<double> clearances(const ExperimentRecord& experiment, const std::string& between) {
   return sampleOf(experiment, [&between](const RunRecord& run) -> std::optional<double> {
-    std::optional<double> least;
-    if (!run.quality) return least;
-    for (const ClearanceQuality& it : run.quality->clearance) {
-      if (it.between == between) least = std::min(least.value_or(it.least_m), it.least_m);
-    }
-    return least;
+    return run.quality ? leastClearance(*run.quality, between) : std::nullopt;
   });
 }
 
@@ -198,11 +202,7 @@ double weakestGrip(const Quality& quality) {
 
 std::function<double(const Quality&)> clearanceOf(const std::string& between) {
   return [between](const Quality& quality) {
-    double least = kMostClearance;
-    for (const ClearanceQuality& it : quality.clearance) {
-      if (it.between == between) least = std::min(least, it.least_m);
-    }
-    return 1e3 * least;
+    return 1e3 * leastClearance(quality, between).value_or(kMostClearance);
   };
 }
 
